@@ -21,8 +21,8 @@ ARRIVED = 1e-6
 """A target is reached within this norm of its errors, in straight lengths and rad: a thousandth of what a camera reads,
 and a thousand times what equilibria are solved to."""
 FAR, COILED = 20.0, 3 * math.pi
-"""Targets farther away than the first number of lengths of the manipulator are most likely in millimetres, angles
-beyond the second, in rad, in degrees.  Choice: no rig reaches or coils up so far."""
+"""Targets farther away than the first number of lengths of the manipulator are most likely in millimetres; angles
+beyond the second, in rad, and beyond `most_turned`, in degrees.  Choice."""
 
 
 @dataclass(frozen=True)
@@ -104,10 +104,20 @@ def out_of_reach(chain: Chain, rows: Sequence[Mapping[str, float]]) -> list[str]
         for name, value in farthest.items()
         if name != "angle_rad" and abs(value) > FAR * chain.length
     ]
-    if abs(angle := farthest["angle_rad"]) > COILED:
+    if abs(angle := farthest["angle_rad"]) > max(COILED, most_turned(chain)):
         right = f"angles are given in radians: {angle:g} degrees is {math.radians(angle):.4g}"
         said.append(f"angle_rad = {angle:g} rad is {abs(angle) / (2 * math.pi):.2g} turns; {right}")
     return said
+
+
+def most_turned(chain: Chain) -> float:
+    """Angle, rad, by which evenly bent plates turn the tip where the cables of least offset are drawn in wholly.
+
+    On a plate of length l that is a bend of l over the offset, or less where its clamps are rigid.
+    """
+    crossed = np.arange(chain.plates)[:, None] < chain.reach
+    arm = np.where(crossed & (chain.offset != 0), np.abs(chain.offset), np.inf).min(1)
+    return float(np.sum((chain.arc + 2 * chain.clamp) / arm))
 
 
 def chain_targets(chain: Chain, disk: int, rows: list[dict[str, float]]) -> list[Target]:

@@ -191,6 +191,30 @@ def test_a_target_in_millimetres_is_refused():
         prb3r.reach(file, x_m=0.2, y_m=80)
 
 
+def test_a_long_thin_manipulator_coils_up_as_far_as_it_is_asked_to():
+    """Each of 60 plates takes a 60th of 11 rad, nearly two turns, under the mean lever of its span of cable."""
+    plates, arc, clamp, arm, stiffness = 60, 0.026, 0.002, 0.01, 1.125e-3
+    segment = {"plates": plates, "length_m": 0.03, "clamp_m": clamp, "bending_stiffness_n_m2": stiffness}
+    cable = {"name": "1", "offset_m": arm, "ends_at_segment": 1}
+    thin = Manipulator.model_validate(
+        {
+            "name": "thin",
+            "youngs_modulus_pa": 5e10,
+            "model": "elastica",
+            "disk": {"thickness_m": 0.002},
+            "segment": [segment],
+            "cable": [cable],
+        }
+    )
+    answer = prb3r.reach(thin, angle_rad=11.0, most_n=2.0)
+    assert answer.reached
+    half, radius = 11.0 / plates / 2, arc * plates / 11.0
+    lever = arm * np.cos(half) + clamp * np.sin(half) + radius * (np.sin(half) / half - np.cos(half))
+    assert answer.steps["cable_1_n"][0] == pytest.approx(stiffness / radius / lever, rel=1e-3)
+    with pytest.raises(SpecError, match="angle_rad = 270 rad is 43 turns"):
+        prb3r.reach(thin, angle_rad=270.0)
+
+
 def test_cables_whose_tension_lags_are_not_asked_for():
     """Within the play nothing moves, so that no way leads from there; without any the effect is nothing."""
     lagging, none = (with_effects(FREE, {"kind": "tension_play", "play_n": n}) for n in (4.0, 0.0))
