@@ -13,6 +13,7 @@ from prb3r.inverse.search import natural_limits
 from prb3r.inverse.target import targets_of
 from prb3r.mechanics.chain import loads, no_loads
 from prb3r.mechanics.equilibrium import solve_chain
+from prb3r.model.manipulator import Manipulator
 
 
 def bent(manipulator, tension):
