@@ -37,8 +37,7 @@ def test_the_rig_takes_every_form_at_every_size_it_is_concealed_in(designs):
 
 def test_every_kind_that_a_drawn_design_could_have_can_be_concealed_and_is_asked_for(designs):
     """No design that is drawn has notches (its plates bend less than would close such) or weights on its disks; what is
-    never suspected is not concealed, what few rigs have among rare effects alone; flags are nothing without a law, and
-    play is not drawn."""
+    never suspected is not concealed, what few rigs have among rare effects alone; flags are nothing without a law."""
     absent = {"empirical_moment", "notch_closing", "weight_friction", "hysteretic_plate", "load_cell"}
     absent |= {"superelastic_plate", "flag_hysteresis", "tension_play"}
     absent |= {"load_dependent_friction", "tension_drift", "base_compliance", "plate_softening", "umbilical"}

@@ -6,14 +6,14 @@ from prb3r.proof.concealed.candidates import candidates
 from prb3r.proof.concealed.composition import flavours
 from prb3r.proof.concealed.design import Flavour
 from prb3r.proof.concealed.designs import design_of
-from prb3r.proof.concealed.real import OF_NITINOL, REAL_CLASSES, rare_among_others
+from prb3r.proof.concealed.real import FLAGS, OF_NITINOL, REAL_CLASSES, rare_among_others
 from prb3r.proof.rig.effects import RECORDS
 
 
 def test_one_rare_effect_comes_before_others_that_the_rig_knows_beside_it():
     """All that are rare, but for the one of another material and the one that goes by times, which no program has."""
     rng, design, seen = np.random.default_rng(5), design_of(1, 0, Flavour.REAL), {OF_NITINOL, "rate_dependent_friction"}
-    for _ in range(60):
+    for _ in range(80):
         rare, *others = (RECORDS[each.effect["kind"]] for each in rare_among_others(rng, design))
         seen.add(rare.kind)
         assert rare.rare
@@ -36,6 +36,21 @@ def test_a_rig_of_nitinol_goes_beyond_the_plateau_of_its_material():
             assert 4e8 <= rare["plateau_strain"] * modulus <= 5e8
             assert design.largest_bend / arc * first["thickness_m"] / 2 > 1.3 * rare["plateau_strain"]
             assert {each["kind"] for each in others}.isdisjoint({"nonlinear_plate", "hysteretic_plate", "disk_contact"})
+
+
+def test_every_second_rig_of_nitinol_gives_back_less_than_it_took():
+    """Of 60, 30 in the mean with a standard deviation of 4; steel gives back all."""
+    rng, design = np.random.default_rng(8), design_of(2, 0, Flavour.REAL_NITINOL)
+    flags = []
+    for _ in range(60):
+        kinds = [each.effect for each in rare_among_others(rng, design)]
+        flags += [effect["reverse_ratio"] for effect in kinds if effect["kind"] == FLAGS]
+    assert 20 < len(flags) < 40
+    assert 0.3 < min(flags) < 0.4
+    assert 0.6 < max(flags) < 0.7
+    steel = design_of(1, 0, Flavour.REAL)
+    others = [each.effect["kind"] for _ in range(30) for each in rare_among_others(rng, steel)]
+    assert FLAGS not in others
 
 
 def test_rigs_of_spring_steel_are_drawn_as_they_were():

@@ -28,6 +28,8 @@ _SEVERAL, _SINGLE, _CLEAN, _BLUNDER, _RARE = REAL_CLASSES
 """Several effects; one; none; a blunder of the set-up, with several effects or none; one rare effect beside others."""
 OF_NITINOL = "superelastic_plate"
 """The rare effect of a rig with nitinol plates."""
+FLAGS = "flag_hysteresis"
+"""What its plates may have as well: they give back less than they took."""
 STOPS = frozenset({"disk_contact"})
 """Kinds that keep plates from bending to their plateau, so that a superelastic law would not show."""
 
@@ -80,7 +82,11 @@ def rare_among_others(rng: np.random.Generator, design: Design) -> list[Planted]
     rare = _sized(rng, design, of_kind[kind], whole=False)
     others = several_effects(rng, design, SETTINGS.real.beside_rare)
     barred = RECORDS[kind].excludes | (STOPS if kind == OF_NITINOL else frozenset())
-    return [rare, *(planted for planted in others if planted.effect["kind"] not in barred)]
+    others = [planted for planted in others if planted.effect["kind"] not in barred]
+    if kind == OF_NITINOL and rng.random() < SETTINGS.real.flags_share:
+        ratio = float(rng.uniform(*SETTINGS.real.flags))
+        others.append(Planted({"kind": FLAGS, "reverse_ratio": ratio}, float(np.log(ratio))))
+    return [rare, *others]
 
 
 def _by_kind(design: Design, rare: bool = False) -> dict[str, list[Candidate]]:

@@ -46,6 +46,7 @@ TYPICAL: Mapping[str, Typical] = {
     "hysteretic_plate": Typical(0.15, 0.7),  # a tenth to two fifths of the stiffness slips
     "base_compliance": Typical(0.05, 0.3),  # a tenth to half of the plate's own compliance
     "plate_softening": Typical(0.1, 0.6),  # 3 to 18 % softer in the end
+    "tension_play": Typical(0.1, 0.6),  # 1 to 6 % of the largest tension
     "tension_drift": Typical(0.06, 0.4),  # 2 to 12 % of the largest tension in the end
     "load_cell": Typical(0.15, 0.75),  # 3 to 15 % off
     "load_dependent_friction": Typical(0.25, 0.85),  # exponents of 0.1 to 0.33
@@ -72,6 +73,11 @@ class RealRigs:
     """One of so many recordings is of a rig whose nominal model leaves friction out."""
     nitinol_every: int = 10
     """One of so many with a rare effect is of a rig of nitinol plates, whose material is what is rare."""
+    flags_share: float = 0.5
+    """Of the rigs of nitinol plates those whose plates give back less than they took.  A choice."""
+    flags: tuple[float, float] = (0.3, 0.7)
+    """Least and largest ratio of their lower plateau stress to the upper one (Pelton, DiCello and Miyazaki, Min.
+    Invasive Ther. Allied Technol. 9 (2000) 107)."""
     history_every: int = 4
     """One of so many with several effects is of a rig whose friction follows the load path."""
     untold_every: int = 2

@@ -218,7 +218,7 @@ BENDING_RECORDS = (
         of_the_kind=True,
     ),
     Record(
-        "flag_hysteresis",  # never concealed: it acts only beside a law that softens
+        "flag_hysteresis",  # concealed beside a law that softens alone, without which it does nothing
         _give_back_less,
         (size("reverse_ratio", FRACTION, Scale.LOGARITHM),),
         once=True,

@@ -48,6 +48,11 @@ def _lag(draft: Draft, play_n, cables=None):
     draft.tension_play[draft.columns(cables)] += play_n
 
 
+def _lagging(given: Conditions) -> Iterator[Candidate]:
+    for place in given.of_cables():  # a pulley or a sheath that sticks
+        yield Candidate(place, lambda u: {"play_n": u * given.pull}, 0, 0.1)
+
+
 def _drift(draft: Draft, offset_n_per_step, cables=None):
     draft.tension_drift[draft.columns(cables)] += offset_n_per_step
 
@@ -98,7 +103,7 @@ CABLE_RECORDS = (
         _misreading,
         rare=True,
     ),
-    Record("tension_play", _lag, (size("play_n", FROM_ZERO), several("cables", "cables"))),  # not drawn
+    Record("tension_play", _lag, (size("play_n", FROM_ZERO), several("cables", "cables")), _lagging, rare=True),
     Record("tension_drift", _drift, (size("offset_n_per_step"), several("cables", "cables")), _drifting, rare=True),
     Record("hole_offset", _shift, (one_of("cable", "cables"), size("offset_m")), _shifted, turn=5),
     Record("hole_clearance", _loosen, (size("clearance_m", FROM_ZERO),), _loose, turn=11, of_the_kind=True),
