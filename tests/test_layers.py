@@ -20,7 +20,7 @@ ORDER = {
     "mechanics.derivatives": "response feedback partials loops differentiate solved_path sensitivity",
     "model": "files laws effects parts paths manipulator given step_checks steps",
     "inverse": "target pull descent search reached reach",
-    "runs": "threads files secret store sealed states pending parts provenance tasks backends engine journal",
+    "runs": "threads files secret store sealed states pending part parts provenance tasks backends engine journal",
     "study": "rounding workspace metrics wishes plots distributions factors loading spec axes tree loads cases resolve "
     "columns compare selections chunk measure cloud work plan tables manifest designs rigs search compute explore run "
     "decision decide phrases advice",

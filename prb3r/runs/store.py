@@ -53,7 +53,7 @@ def arrow_table(
 
 def _array(values: Any) -> pa.Array:
     """Values as an Arrow array of one of the four types of columns; nan becomes null."""
-    array = values.combine_chunks() if isinstance(values, pa.ChunkedArray) else pa.array(values, from_pandas=True)
+    array = values if isinstance(values, pa.ChunkedArray) else pa.array(values, from_pandas=True)
     if pa.types.is_dictionary(array.type) or pa.types.is_large_string(array.type):
         return array.cast(pa.string())
     if pa.types.is_floating(array.type):

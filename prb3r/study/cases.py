@@ -16,7 +16,7 @@ from typing import Any, overload
 import numpy as np
 
 from prb3r.model.manipulator import Manipulator
-from prb3r.runs.parts import KEY_TYPE
+from prb3r.runs.part import KEY_TYPE
 from prb3r.runs.store import canonical
 from prb3r.study.axes import Axis
 from prb3r.study.factors import Factor, Level

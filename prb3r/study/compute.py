@@ -5,7 +5,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from prb3r.runs.engine import run_tasks
-from prb3r.runs.parts import COUNT, Parts, part_name
+from prb3r.runs.part import COUNT, part_name
+from prb3r.runs.parts import Parts
 from prb3r.runs.pending import drop_pending, read_pending, write_pending
 from prb3r.runs.states import Columns, States
 from prb3r.runs.tasks import Piece, Workers

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from prb3r.errors import EngineError, Problem
-from prb3r.runs.parts import COUNT
+from prb3r.runs.part import COUNT
 from prb3r.runs.pending import read_pending, write_pending
 from prb3r.runs.states import Columns, write_block
 from prb3r.study.chunk import Chunk, states_of_each
