@@ -14,8 +14,8 @@ import pyarrow as pa
 import pyarrow.compute as pc
 
 from prb3r.runs.files import clear_left_over, make_folder, replaced
-from prb3r.runs.part import COUNT, KEY, Part, arrow_keys, stored_parts, write_part
-from prb3r.runs.pending import drop_pending
+from prb3r.runs.part import COUNT, KEY, Part, arrow_keys, read_part, stored_parts, write_part
+from prb3r.runs.pending import drop_pending, lost_on_the_way
 from prb3r.runs.states import STATES, Columns, States, picked, write_block
 
 FOLDER = ".parts"
@@ -114,6 +114,19 @@ class Parts:
         """Store some cases as a new part; takes and raises what :func:`write_part` does."""
         self.ready()
         self.parts.append(write_part(self.home, keys, cases, items, states))
+
+    def take(self, name: str) -> None:
+        """Take in the part of that name, which a worker has written into the folder.
+
+        Raises
+        ------
+        EngineError
+            If it is missing or damaged.
+        """
+        part = read_part(self.home, name)
+        if part is None:
+            raise lost_on_the_way(self.home)
+        self.parts.append(part)
 
     def adopt(self, lacking: Mapping[str, Collection[bytes]]) -> None:
         """Copy those parts of other studies in the same folder of results that hold a lacking item of a case.

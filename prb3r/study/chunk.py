@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from prb3r.mechanics.equilibrium import Outcome
 from prb3r.runs.states import Columns
 from prb3r.study.cases import Family
 from prb3r.study.metrics.base import Metric
@@ -63,6 +64,14 @@ def blank_columns(numbers: np.ndarray, metrics: Sequence[Metric], outcome: str, 
 def reason_column(metric: Metric) -> str:
     """Name of the column with the reason why a metric failed, an empty text where it did not."""
     return f"reason of {metric.quantities()[0].name}"
+
+
+def failed_cases(cases: Columns, metrics: Sequence[Metric]) -> np.ndarray:
+    """(cases,) whether a case has no stable equilibrium, or one of its metrics failed."""
+    failed = cases["outcome"] != Outcome.CONVERGED.label
+    for metric in metrics:
+        failed |= cases[reason_column(metric)] != ""
+    return failed
 
 
 def one_below_another(tables: Sequence[Columns]) -> Columns:
