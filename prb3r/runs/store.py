@@ -8,6 +8,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pyarrow as pa
 import pyarrow.compute as pc
 import pyarrow.parquet as pq
@@ -93,6 +94,11 @@ def canonical(content: Any) -> str:
 def content_hash(content: Any) -> str:
     """SHA-256 of the canonical JSON of plain content, in hexadecimal digits."""
     return hashlib.sha256(canonical(content).encode()).hexdigest()
+
+
+def bytes_hash(values: np.ndarray) -> str:
+    """SHA-256 of the bytes of an array, in hexadecimal digits."""
+    return hashlib.sha256(values.tobytes()).hexdigest()
 
 
 def write_arrow(data: pa.Table, path: Path) -> None:

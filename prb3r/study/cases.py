@@ -180,8 +180,11 @@ def _columns(grid: Sequence[Axis]) -> dict[str, np.ndarray]:
     columns = {}
     for axis, rows in zip(grid, np.indices([len(axis) for axis in grid]), strict=True):
         for name, values in axis.values.items():
-            labels = values if _numbers(values) else [v.label if isinstance(v, Level) else v for v in values]
-            columns[name] = np.array(labels, float if _numbers(labels) else object)[rows.ravel()]
+            if _numbers(values):
+                labels = np.array(values)
+            else:
+                labels = np.array([v.label if isinstance(v, Level) else v for v in values], object)
+            columns[name] = labels[rows.ravel()]
     return columns
 
 

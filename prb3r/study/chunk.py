@@ -1,6 +1,6 @@
 """Chunks of cases that workers compute, and the columns that come back for solved and for failed cases."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -74,7 +74,7 @@ def failed_cases(cases: Columns, metrics: Sequence[Metric]) -> np.ndarray:
     return failed
 
 
-def one_below_another(tables: Sequence[Columns]) -> Columns:
+def one_below_another(tables: Sequence[Mapping[str, np.ndarray]]) -> Columns:
     """Tables of the same columns below each other, as one table."""
     return {name: np.concatenate([table[name] for table in tables]) for name in tables[0]}
 

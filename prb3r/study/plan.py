@@ -15,7 +15,7 @@ from prb3r.quantities import Quantity
 from prb3r.runs.part import KEY_TYPE
 from prb3r.runs.parts import Kept, Parts
 from prb3r.runs.provenance import fingerprint
-from prb3r.runs.store import content_hash
+from prb3r.runs.store import bytes_hash, content_hash
 from prb3r.study.axes import corners, count_cases
 from prb3r.study.cases import Cases, Family
 from prb3r.study.chunk import Chunk
@@ -115,11 +115,11 @@ class Plan:
     def key(self) -> str:
         """Hash of everything that the tables of cases and states depend on."""
         factors = {
-            name: values.tobytes().hex() if values.dtype == float else values.tolist()
+            name: bytes_hash(values) if values.dtype == float else values.tolist()
             for name, values in self.cases.factors.items()
         }
         compared = [comparison.model_dump() for comparison in self.study.comparison]
-        return content_hash([self.engine, self.items, factors, compared, self.keys.tobytes().hex()])
+        return content_hash([self.engine, self.items, factors, compared, bytes_hash(self.keys)])
 
     @cached_property
     def first_of_its_key(self) -> np.ndarray:

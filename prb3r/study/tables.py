@@ -30,7 +30,7 @@ def cases_frame(plan: Plan, places: Sequence[Kept]) -> pd.DataFrame:
         reason = place.column(reason_column(metric))
         columns["outcome"][(reason != "") & (columns["outcome"] == Outcome.CONVERGED.label)] = CASE_FAILED
         columns["reason"] = np.where((reason != "") & (columns["reason"] == ""), reason, columns["reason"])
-    return labelled(plan.cases, pd.DataFrame({"case_id": np.arange(len(plan.cases)), **columns}))
+    return labelled(plan.cases, {"case_id": np.arange(len(plan.cases)), **columns})
 
 
 def tabulated(plan: Plan, places: Sequence[Kept]) -> pd.DataFrame:
@@ -48,17 +48,17 @@ def straight_lengths(families: Sequence[Family]) -> dict[int, float]:
     return lengths
 
 
-def labelled(cases: Cases, computed: pd.DataFrame) -> pd.DataFrame:
-    """Computed columns, which include `case_id`, with columns of factors and broken cables put before them."""
+def labelled(cases: Cases, computed: Mapping[str, np.ndarray]) -> pd.DataFrame:
+    """Computed columns, which include `case_id`, as a table with columns of factors and broken cables before them."""
     broken = np.empty(len(cases), object)
     for family in cases.families:
         broken[family.numbers] = ",".join(family.settings["broken"])
-    rows = computed["case_id"].to_numpy()
+    rows = computed["case_id"]
     labels = {
         name: values[rows] if values.dtype == float else pd.Series(values[rows].tolist())
         for name, values in cases.factors.items()
     }
-    measured = {name: computed[name].to_numpy() for name in computed if name != "case_id"}
+    measured = {name: values for name, values in computed.items() if name != "case_id"}
     return pd.DataFrame({"case_id": rows, **labels, "broken_cables": broken[rows], **measured})
 
 
