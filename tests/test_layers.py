@@ -27,7 +27,7 @@ ORDER = {
     "recording": "recording findings units steps markers reading writing plausibility",
     "diagnosis": "confidence settings library fit evidence search checks result known stages investigate together run",
     "proof": "rig settings concealed judging prove sweep",
-    "present": "style canvas rc framing page accuracy spots study diagnosis proof entries index",
+    "present": "style canvas rc framing page figure_files accuracy spots study diagnosis proof entries index",
     "bench": "prototype counting methods arithmetic scaling jacobians paths commands diagnosis measure tables",
     "cli": "group shared studies manipulators diagnoses formats measurements",
 }
