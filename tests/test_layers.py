@@ -20,14 +20,14 @@ ORDER = {
     "mechanics.derivatives": "response feedback partials loops differentiate solved_path sensitivity",
     "model": "files laws effects parts paths manipulator given step_checks steps",
     "inverse": "target pull descent search reached reach",
-    "runs": "threads files secret store sealed states pending parts provenance tasks backends engine journal",
+    "runs": "threads files secret store sealed states pending part parts provenance tasks backends engine journal",
     "study": "rounding workspace metrics wishes plots distributions factors loading spec axes tree loads cases resolve "
     "columns compare selections chunk measure cloud work plan tables manifest designs rigs search compute explore run "
     "decision decide phrases advice",
     "recording": "recording findings units steps markers reading writing plausibility",
     "diagnosis": "confidence settings library fit evidence search checks result known stages investigate together run",
     "proof": "rig settings concealed judging prove sweep",
-    "present": "style canvas rc framing page accuracy spots study diagnosis proof entries index",
+    "present": "style canvas rc framing page figure_files accuracy spots study diagnosis proof entries index",
     "bench": "prototype counting methods arithmetic scaling jacobians paths commands diagnosis measure tables",
     "cli": "group shared studies manipulators diagnoses formats measurements",
 }

@@ -16,7 +16,8 @@ from prb3r.model.given import Given
 from prb3r.model.solve import solve
 from prb3r.present import rc
 from prb3r.present.canvas import Panels, drawn_on
-from prb3r.present.page import briefly, save_figure
+from prb3r.present.figure_files import save_figure
+from prb3r.present.page import briefly
 from prb3r.present.study.reached import reached_figure, reached_table
 from prb3r.runs.files import ensure_writable
 

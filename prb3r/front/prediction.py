@@ -15,7 +15,8 @@ from prb3r.diagnosis.settings import Settings
 from prb3r.model.files.table import write_table
 from prb3r.model.given import Given
 from prb3r.present import rc
-from prb3r.present.page import briefly, save_figure
+from prb3r.present.figure_files import save_figure
+from prb3r.present.page import briefly
 from prb3r.present.study.drawing import plot
 from prb3r.runs.files import ensure_writable, write_whole
 from prb3r.runs.threads import one_thread

@@ -11,7 +11,7 @@ from prb3r.present.canvas import Panels, drawn_on
 from prb3r.present.page import briefly
 from prb3r.present.study.current import publish_what_changed
 from prb3r.present.study.figures import study_figure
-from prb3r.present.study.publish import scene_of
+from prb3r.present.study.pictures import scene_of
 from prb3r.present.study.report import first_cases, in_short
 from prb3r.present.study.source import Source
 from prb3r.present.study.thinning import states_to_draw

@@ -6,7 +6,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from prb3r.present import rc, style
-from prb3r.present.page import save_figure
+from prb3r.present.figure_files import save_figure
 
 NAME = "error-against-time"
 WIDTH, HEIGHT = 130 * style.MM, 75 * style.MM

@@ -148,3 +148,9 @@ def digits(value: float) -> str:
 def with_unit(value: float, unit: str) -> str:
     """A number of four digits with its unit as printed: `12.5 mm`, `30°`, `0.3`."""
     return f"{digits(value)}{'' if unit in ('', '°', '°/N') else ' '}{unit}"
+
+
+def law_in_words(slope: float, deviation: float, y_unit: str, x_unit: str) -> str:
+    """A fitted line with its largest deviation in words: `56.8 mm per unit μ, within 1.1 mm`."""
+    rate = f"{with_unit(float(f'{slope:.3g}'), y_unit)} per {x_unit}"
+    return f"{rate}, within {with_unit(float(f'{deviation:.2g}'), y_unit)}"

@@ -1,14 +1,14 @@
 """Results of tasks that are not part of a stored case yet: a run that ends half-way leaves them for the next one.
 
 A large case, a cloud of loads, is solved in blocks.  The columns of each solved block are kept beside its states, and
-are removed when the whole case is stored as a part.  Columns of a chunk of cases that a worker writes itself wait here
-too, until the gathering process has stored them.
+are removed when the whole case is stored as a part.
 """
 
 from pathlib import Path
 
 import pyarrow as pa
 
+from prb3r.errors import EngineError, Problem
 from prb3r.runs.sealed import is_sealed, mapped, read_sealed, write_sealed
 from prb3r.runs.states import STATES, Columns, block_path
 
@@ -42,6 +42,11 @@ def read_pending(home: Path, stem: str, number: int, states: bool) -> tuple[Colu
     if table is None:
         return None
     return {name: table[name].to_numpy() for name in table.column_names}, mapped(block).num_rows if states else 0
+
+
+def lost_on_the_way(home: Path) -> EngineError:
+    """The error that what workers have written into the folder `home` is not there, or not whole."""
+    return EngineError(Problem(str(home), "what workers have written there is gone or damaged"))
 
 
 def drop_pending(home: Path, stem: str = "*") -> None:

@@ -58,12 +58,12 @@ def read_sealed(path: Path, kind: str) -> pa.Table | None:
 
 def is_sealed(path: Path, kind: str) -> bool:
     """Whether a file holds an undamaged table of that kind; at most `PIECE` bytes of it are in memory at once."""
-    checksum = 0
+    checksum, piece = 0, memoryview(bytearray(PIECE))
     try:
         with open(path, "rb", buffering=0) as file:
             header = file.read(HEADER)
-            while piece := file.read(PIECE):
-                checksum = zlib.crc32(piece, checksum)
+            while count := file.readinto(piece):
+                checksum = zlib.crc32(piece[:count], checksum)
         return header == _sealed(checksum) and (mapped(path).schema.metadata or {}).get(KIND) == kind.encode()
     except (pa.ArrowException, OSError, ValueError):
         return False

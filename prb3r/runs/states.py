@@ -4,7 +4,7 @@ Each file is read through once for its checksum.  Afterwards a file is memory-ma
 so that the memory used depends on the number of rows picked and not on the number of rows in the files.
 """
 
-from collections.abc import Collection
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -56,25 +56,31 @@ class StateFiles:
         """Whether every file of states exists and matches its checksum; checked once."""
         return all(is_sealed(path, f"{STATES} {path.stem}") for path in self.paths)
 
-    def picked(self, rows: np.ndarray, names: Collection[str]) -> Columns:
-        """The columns `names` at `rows`, at least one, numbered through all blocks; nothing else stays in memory."""
-        ends = np.cumsum(self.blocks)
-        within = np.searchsorted(ends, rows, side="right")
-        out: Columns = {}
-        for number in np.unique(within):
-            here = as_slice(np.flatnonzero(within == number))
-            local = rows[here] - (ends[number] - self.blocks[number])
-            table, first = mapped(self.paths[number]), int(local.min())
-            taken = as_slice(local - first)
-            for name in names:
-                values = table[name].slice(first, int(local.max()) + 1 - first).to_numpy()
-                out.setdefault(name, np.empty(len(rows), values.dtype))[here] = values[taken]
-        return out
+
+def picked(files: Sequence[Path], ends: np.ndarray, rows: np.ndarray) -> pa.Table:
+    """Some `rows`, at least one, of files of states that count as one table, each below the one before it.
+
+    Rows that follow each other in a file are mapped from it and not copied.
+
+    Parameters
+    ----------
+    ends : (files,) row of that table after the last one of each file.
+    """
+    holder = np.searchsorted(ends, rows, side="right")
+    tables, places = [], []
+    for number in dict.fromkeys(holder[np.diff(holder, prepend=-1) != 0].tolist()):
+        here = np.flatnonzero(holder == number)
+        table = mapped(files[number])
+        local = rows[here] - (ends[number] - table.num_rows)
+        tables.append(table.slice(local[0], len(local)) if _consecutive(local) else table.take(local))
+        places.append(here)
+    whole, place = pa.concat_tables(tables), np.concatenate(places)
+    return whole if _consecutive(place) else whole.combine_chunks().take(np.argsort(place))
 
 
-def as_slice(rows: np.ndarray) -> np.ndarray | slice:
-    """Numbers of rows, at least one, as a slice if each follows the one before it; NumPy takes a slice sooner."""
-    return slice(int(rows[0]), int(rows[-1]) + 1) if (np.diff(rows) == 1).all() else rows
+def _consecutive(rows: np.ndarray) -> bool:
+    """Whether each number of a row follows the one before it."""
+    return bool((np.diff(rows) == 1).all())
 
 
 def block_path(home: Path, stem: str, number: int) -> Path:
@@ -83,6 +89,10 @@ def block_path(home: Path, stem: str, number: int) -> Path:
 
 
 def write_block(home: Path, stem: str, number: int, columns: Columns) -> None:
-    """Write block `number` of the states of the part named `stem`; raises what `write_sealed` raises."""
+    """Write block `number` of the states of the part named `stem`, with nan as missing values.
+
+    Raises what `write_sealed` raises.
+    """
     path = block_path(home, stem, number)
-    write_sealed(path, f"{STATES} {path.stem}", pa.table({name: pa.array(values) for name, values in columns.items()}))
+    arrays = {name: pa.array(values, from_pandas=True) for name, values in columns.items()}
+    write_sealed(path, f"{STATES} {path.stem}", pa.table(arrays))

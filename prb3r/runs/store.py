@@ -8,6 +8,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pyarrow as pa
 import pyarrow.compute as pc
 import pyarrow.parquet as pq
@@ -53,7 +54,7 @@ def arrow_table(
 
 def _array(values: Any) -> pa.Array:
     """Values as an Arrow array of one of the four types of columns; nan becomes null."""
-    array = values.combine_chunks() if isinstance(values, pa.ChunkedArray) else pa.array(values, from_pandas=True)
+    array = values if isinstance(values, pa.ChunkedArray) else pa.array(values, from_pandas=True)
     if pa.types.is_dictionary(array.type) or pa.types.is_large_string(array.type):
         return array.cast(pa.string())
     if pa.types.is_floating(array.type):
@@ -93,6 +94,11 @@ def canonical(content: Any) -> str:
 def content_hash(content: Any) -> str:
     """SHA-256 of the canonical JSON of plain content, in hexadecimal digits."""
     return hashlib.sha256(canonical(content).encode()).hexdigest()
+
+
+def bytes_hash(values: np.ndarray) -> str:
+    """SHA-256 of the bytes of an array, in hexadecimal digits."""
+    return hashlib.sha256(values.tobytes()).hexdigest()
 
 
 def write_arrow(data: pa.Table, path: Path) -> None:

@@ -16,7 +16,7 @@ from typing import Any, overload
 import numpy as np
 
 from prb3r.model.manipulator import Manipulator
-from prb3r.runs.parts import KEY_TYPE
+from prb3r.runs.part import KEY_TYPE
 from prb3r.runs.store import canonical
 from prb3r.study.axes import Axis
 from prb3r.study.factors import Factor, Level
@@ -180,8 +180,11 @@ def _columns(grid: Sequence[Axis]) -> dict[str, np.ndarray]:
     columns = {}
     for axis, rows in zip(grid, np.indices([len(axis) for axis in grid]), strict=True):
         for name, values in axis.values.items():
-            labels = values if _numbers(values) else [v.label if isinstance(v, Level) else v for v in values]
-            columns[name] = np.array(labels, float if _numbers(labels) else object)[rows.ravel()]
+            if _numbers(values):
+                labels = np.array(values)
+            else:
+                labels = np.array([v.label if isinstance(v, Level) else v for v in values], object)
+            columns[name] = labels[rows.ravel()]
     return columns
 
 

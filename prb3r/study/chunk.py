@@ -1,10 +1,11 @@
 """Chunks of cases that workers compute, and the columns that come back for solved and for failed cases."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from prb3r.mechanics.equilibrium import Outcome
 from prb3r.runs.states import Columns
 from prb3r.study.cases import Family
 from prb3r.study.metrics.base import Metric
@@ -65,7 +66,15 @@ def reason_column(metric: Metric) -> str:
     return f"reason of {metric.quantities()[0].name}"
 
 
-def one_below_another(tables: Sequence[Columns]) -> Columns:
+def failed_cases(cases: Columns, metrics: Sequence[Metric]) -> np.ndarray:
+    """(cases,) whether a case has no stable equilibrium, or one of its metrics failed."""
+    failed = cases["outcome"] != Outcome.CONVERGED.label
+    for metric in metrics:
+        failed |= cases[reason_column(metric)] != ""
+    return failed
+
+
+def one_below_another(tables: Sequence[Mapping[str, np.ndarray]]) -> Columns:
     """Tables of the same columns below each other, as one table."""
     return {name: np.concatenate([table[name] for table in tables]) for name in tables[0]}
 

@@ -74,10 +74,10 @@ class SolvedCloudBlock:
         """Number of rows of states: one for each kept disk under each kept load."""
         return len(self.states["case_id"])
 
-
-def failed_loads(loads: Columns) -> int:
-    """Number of the loads of a block without a stable equilibrium."""
-    return int((loads["outcome"] != Outcome.CONVERGED).sum())
+    @property
+    def failed(self) -> int:
+        """Number of loads without a stable equilibrium."""
+        return int((self.loads["outcome"] != Outcome.CONVERGED).sum())
 
 
 def blocks(chunk: Chunk) -> list[CloudBlock]:

@@ -5,7 +5,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from prb3r.runs.engine import run_tasks
-from prb3r.runs.parts import COUNT, Parts, part_name
+from prb3r.runs.part import part_name
+from prb3r.runs.parts import Parts
 from prb3r.runs.pending import drop_pending, read_pending, write_pending
 from prb3r.runs.states import Columns, States
 from prb3r.runs.tasks import Piece, Workers
@@ -14,13 +15,13 @@ from prb3r.study.chunk import (
     CASE_FAILED,
     Chunk,
     blank_columns,
+    failed_cases,
     one_below_another,
     reason_column,
-    states_of_each,
 )
-from prb3r.study.cloud import CloudBlock, Gathering, failed_loads
+from prb3r.study.cloud import CloudBlock, Gathering
 from prb3r.study.plan import Plan, Progress
-from prb3r.study.stored import Storage, Stored, StoredTask, fetched, solve_and_store, storage
+from prb3r.study.stored import Storage, Stored, StoredTask, fetched_loads, solve_and_store, states_of_part, storage
 from prb3r.study.work import StudyTask, tasks_of
 
 
@@ -97,9 +98,12 @@ class _Keeper:
 
     def stored(self, tasks: Mapping[int, StudyTask], place: Storage) -> dict[int, StoredTask]:
         """The tasks, by number, as tasks whose results the workers write to disk themselves."""
-        return {
-            number: StoredTask(task, place, self._part(task), self._with_states(task)) for number, task in tasks.items()
-        }
+        return {number: self._to_store(task, place) for number, task in tasks.items()}
+
+    def _to_store(self, task: StudyTask, place: Storage) -> StoredTask:
+        chunk = _chunk_of(task)
+        item = self.plan.states_item if self._with_states(task) else None
+        return StoredTask(task, place, self.plan.keys[chunk.numbers], item_columns(self.plan, chunk), item)
 
     def finish(self) -> None:
         """Store the cases of all clouds of which no block is missing."""
@@ -113,28 +117,22 @@ class _Keeper:
 
     def _chunk(self, chunk: Chunk, pieces: list[Piece]) -> int:
         """Store the cases of a chunk; returns how many failed or, if they have clouds, the number of loads of these."""
-        if isinstance(pieces[0].value, Stored):
-            cases = fetched(pieces[0].task)
-            count, states = cases.pop(COUNT), None
-            if self._with_states(chunk):
-                states = States(str(self.plan.states_item), count, None, (pieces[0].value.rows,))
-            keep_columns(self.plan, self.parts, chunk, cases, states)
-            drop_pending(self.parts.home, self._part(chunk))
+        known = pieces[0].value
+        if isinstance(known, Stored):
+            self.parts.take(self._part(chunk))
+            failed = known.failed
         else:
-            cases, states_of = computed_columns(pieces, chunk)
-            keep_chunk(self.plan, self.parts, chunk, cases, states_of)
-        failed = cases["outcome"] != "converged"
-        for metric in chunk.metrics:
-            failed |= cases[reason_column(metric)] != ""
-        return int(failed.sum()) * (chunk.loads // len(failed))
+            cases, states = computed_columns(pieces, chunk)
+            keep_chunk(self.plan, self.parts, chunk, cases, states)
+            failed = int(failed_cases(cases, chunk.metrics).sum())
+        return failed * (chunk.loads // len(chunk.numbers))
 
     def _block(self, block: CloudBlock, piece: Piece) -> int:
         """Take in a block of a cloud and, if it is the last, store the case; returns the number of failed loads."""
         cloud, failed = self._cloud(block), block.loads
         if piece.fate == "done":
-            loads = self._loads(block, piece)
-            cloud.add(block, loads, piece.value.rows)
-            failed = failed_loads(loads)
+            cloud.add(block, self._loads(block, piece), piece.value.rows)
+            failed = piece.value.failed
         else:
             cloud.lose(_lost_as(piece), piece.reason)
         if not cloud.missing:
@@ -144,7 +142,7 @@ class _Keeper:
     def _loads(self, block: CloudBlock, piece: Piece) -> Columns:
         """The columns of a solved block's loads, written to disk here with its states if no worker has done so."""
         if isinstance(piece.value, Stored):
-            return fetched(piece.task)
+            return fetched_loads(piece.task)
         stem = self._part(block)
         if self._with_states(block):
             self.parts.add_block(stem, block.number, piece.value.states)
@@ -202,11 +200,9 @@ def computed_columns(pieces: list[Piece], chunk: Chunk) -> tuple[Columns, Column
 
 def keep_chunk(plan: Plan, parts: Parts, chunk: Chunk, cases: Columns, states: Columns | None) -> None:
     """Add computed columns of a chunk's cases and of their states to the parts."""
-    kept, numbers = None, cases["case_id"]
+    kept = None
     if chunk.states != "none" and plan.states_item:
-        states = states or {"case_id": np.zeros(0, np.int64)}
-        columns = {name: states[name] for name in states if name != "case_id"}
-        kept = States(plan.states_item, states_of_each(numbers, states), columns)
+        kept = states_of_part(plan.states_item, cases, states or {"case_id": np.zeros(0, np.int64)})
     keep_columns(plan, parts, chunk, cases, kept)
 
 

@@ -27,7 +27,7 @@ def explored(plan: Plan, parts: Parts, workers: Workers, progress: Progress, fre
         """Margins and scores of designs (n, factors), solved where parts lack them."""
         asked = replace(plan, cases=resolve(plan.path, study, designs=designs))
         counted.append(obtain_results(asked, parts, workers, Quiet(progress), fresh))
-        cases = designs_of(study, tabulated(asked, parts))
+        cases = designs_of(study, tabulated(asked, asked.places(parts)))
         bounded, wanted = (cases.values(wishes, cases.frame) for wishes in (study.requirement, study.preference))
         margins = [[r.margin(v) for r, v in zip(study.requirement, row, strict=True)] for row in bounded]
         scores = wanted * [preference.sign for preference in study.preference]

@@ -95,17 +95,16 @@ def kept_states(numbers: np.ndarray, solved: Solved, chunk: Chunk, before: int =
     before : number of loads of the cloud that come before those of `solved`.
     """
     states, names = solved.states, solved.manipulator.cable_names
-    steps = np.arange(solved.steps) if chunk.states == "path" else np.array([solved.steps - 1])
-    disks = np.arange(states.x.shape[1])
-    if chunk.state_disks is not None:
-        disks = disks[np.isin(disks, chunk.state_disks)]
+    last_steps = slice(None) if chunk.states == "path" else slice(-1, None)
+    some_disks = slice(None) if chunk.state_disks is None else np.isin(np.arange(states.x.shape[1]), chunk.state_disks)
+    steps, disks = np.arange(solved.steps)[last_steps], np.arange(states.x.shape[1])[some_disks]
     tension = disk_tension(solved.chain, solved.loads, states)
     of_cable, absent = dict(zip(names, np.moveaxis(tension, 2, 0), strict=True)), np.full(states.x.shape, np.nan)
     shape = solved.count, len(steps), len(disks)
 
     def kept(values: np.ndarray) -> np.ndarray:
         """Values (c s, n + 1) of all steps and disks, reduced to those that are kept, flat."""
-        return solved.by_case(values)[:, steps[:, None], disks].ravel()
+        return solved.by_case(values)[:, last_steps][:, :, some_disks].ravel()
 
     return {
         "case_id": np.repeat(numbers, len(steps) * len(disks)),

@@ -12,9 +12,10 @@ from prb3r.errors import Problem, SpecError
 from prb3r.model.files.toml import place_of
 from prb3r.model.manipulator import load_manipulator
 from prb3r.quantities import Quantity
-from prb3r.runs.parts import KEY_TYPE, Parts
+from prb3r.runs.part import KEY_TYPE
+from prb3r.runs.parts import Kept, Parts
 from prb3r.runs.provenance import fingerprint
-from prb3r.runs.store import content_hash
+from prb3r.runs.store import bytes_hash, content_hash
 from prb3r.study.axes import corners, count_cases
 from prb3r.study.cases import Cases, Family
 from prb3r.study.chunk import Chunk
@@ -114,11 +115,11 @@ class Plan:
     def key(self) -> str:
         """Hash of everything that the tables of cases and states depend on."""
         factors = {
-            name: values.tobytes().hex() if values.dtype == float else values.tolist()
+            name: bytes_hash(values) if values.dtype == float else values.tolist()
             for name, values in self.cases.factors.items()
         }
         compared = [comparison.model_dump() for comparison in self.study.comparison]
-        return content_hash([self.engine, self.items, factors, compared, self.keys.tobytes().hex()])
+        return content_hash([self.engine, self.items, factors, compared, bytes_hash(self.keys)])
 
     @cached_property
     def first_of_its_key(self) -> np.ndarray:
@@ -129,8 +130,11 @@ class Plan:
 
     def missing(self, parts: Parts) -> np.ndarray:
         """(cases, items) whether no part holds an item of a case."""
-        known = [parts.place(item, self.keys).known for item in self.items]
-        return ~np.stack(known, axis=1)
+        return ~np.stack([place.known for place in self.places(parts)], axis=1)
+
+    def places(self, parts: Parts) -> list[Kept]:
+        """Where each item of the cases is stored among the parts."""
+        return parts.places(self.items, self.keys)
 
     def loads(self, wanted: Any = None) -> int:
         """Number of cases, or of the loads of their clouds; of all cases, or of those in the mask `wanted` (cases,)."""

@@ -136,12 +136,13 @@ def execute(plan: Plan, options: Options, progress: Progress) -> Result:
         computed = obtain_results(plan, parts, options.workers, progress, options.fresh)
     else:
         plan, computed = explored(plan, parts, options.workers, progress, options.fresh)
+    places = plan.places(parts)
     provenance = {"study": plan.study.name, "key": plan.key, "engine": plan.engine}
     if plan.states_item:
-        write_states(plan, parts, plan.folder / "states.parquet", provenance)
+        write_states(plan, places[-1], plan.folder / "states.parquet", provenance)
     else:
         (plan.folder / "states.parquet").unlink(missing_ok=True)
-    cases = tabulated(plan, parts)
+    cases = tabulated(plan, places)
     columns = {
         name: cases[name].to_numpy() if cases[name].dtype.kind in "fib" else cases[name].tolist() for name in cases
     }

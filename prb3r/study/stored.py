@@ -1,22 +1,23 @@
 """Tasks whose results the workers write to disk themselves, if they see the folder of the study's parts.
 
-Only a number of rows then comes back to the gathering process; tables pass neither through it nor through the scheduler
-of a cluster.  A worker that does not see the folder, or cannot write there, returns its tables instead.
+Cases become a part, blocks of clouds wait as pending until the whole cloud is there.  Only numbers of rows then come
+back to the gathering process; tables pass neither through it nor through the scheduler of a cluster.  A worker that
+does not see the folder, or cannot write there, returns its tables instead.
 """
 
 import contextlib
 import secrets
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from prb3r.errors import EngineError, Problem
-from prb3r.runs.parts import COUNT
-from prb3r.runs.pending import read_pending, write_pending
-from prb3r.runs.states import Columns, write_block
-from prb3r.study.chunk import Chunk, states_of_each
+from prb3r.errors import EngineError
+from prb3r.runs.part import part_name, write_part
+from prb3r.runs.pending import lost_on_the_way, read_pending, write_pending
+from prb3r.runs.states import Columns, States, write_block
+from prb3r.study.chunk import Chunk, failed_cases, states_of_each
 from prb3r.study.cloud import CloudBlock, SolvedCloudBlock
 from prb3r.study.work import StudyTask, solve_task
 
@@ -53,19 +54,36 @@ def storage(home: Path) -> Iterator[Storage]:
 
 @dataclass(frozen=True)
 class StoredTask:
-    """A task whose results the worker writes to disk, and the name of the part that they belong to."""
+    """A task whose results the worker writes to disk, and the part that they become or belong to."""
 
     task: StudyTask
     storage: Storage
-    stem: str
-    """Name of the part."""
-    with_states: bool
-    """Whether states are kept."""
+    keys: np.ndarray
+    """(cases,) key of each case of the part."""
+    items: Mapping[str, str]
+    """Item of each column of the part's table of cases."""
+    states_item: str | None
+    """Item of the states of the part; None if none are kept."""
+
+    @property
+    def part(self) -> str:
+        """Name of the part."""
+        return part_name(self.keys, [*self.items.values(), *([self.states_item] if self.states_item else [])])
 
     @property
     def numbers(self) -> np.ndarray:
         """(cases,) numbers of the task's cases in the study, ascending; for a block of a cloud, of its case."""
-        return (self.task.chunk if isinstance(self.task, CloudBlock) else self.task).numbers
+        return self.chunk.numbers
+
+    @property
+    def chunk(self) -> Chunk:
+        """The task's cases; for a block of a cloud, its case."""
+        return self.task.chunk if isinstance(self.task, CloudBlock) else self.task
+
+    @property
+    def block(self) -> int:
+        """Number of the block of a cloud; 0 for a chunk of cases."""
+        return self.task.number if isinstance(self.task, CloudBlock) else 0
 
     def single(self) -> Sequence["StoredTask | StudyTask"]:
         """The tasks that this one is split into when it fails, whose tables are returned; itself if it has one case."""
@@ -79,6 +97,8 @@ class Stored:
 
     rows: int
     """Number of rows of states."""
+    failed: int
+    """Number of cases, or of loads of a block of a cloud, that failed."""
 
 
 def solve_and_store(task: StoredTask | StudyTask) -> tuple[Columns, Columns] | SolvedCloudBlock | Stored:
@@ -98,35 +118,34 @@ def solve_and_store(task: StoredTask | StudyTask) -> tuple[Columns, Columns] | S
 
 
 def _put(task: StoredTask, solved: tuple[Columns, Columns] | SolvedCloudBlock) -> Stored:
-    """Write the results of a task: first its block of states, then its other columns as pending."""
-    home, number = task.storage.home, _number(task.task)
+    """Write the results of a task: a part of cases or, of a block of a cloud, first its states, then its loads."""
+    home = task.storage.home
     if isinstance(solved, SolvedCloudBlock):
-        known, states = solved.loads, solved.states
-    else:
-        known, states = solved
-        known = known | {COUNT: states_of_each(known["case_id"], states)}
-        states = {name: values for name, values in states.items() if name != "case_id"}
-    if task.with_states:
-        write_block(home, task.stem, number, states)
-    write_pending(home, task.stem, number, known)
-    return Stored(len(states["step"]))
+        if task.states_item:
+            write_block(home, task.part, task.block, solved.states)
+        write_pending(home, task.part, task.block, solved.loads)
+        return Stored(solved.rows, solved.failed)
+    cases, states = solved
+    kept = states_of_part(task.states_item, cases, states) if task.states_item else None
+    write_part(home, task.keys, cases, task.items, kept)
+    return Stored(len(states["case_id"]), int(failed_cases(cases, task.chunk.metrics).sum()))
 
 
-def fetched(task: StoredTask) -> Columns:
-    """The columns besides states that a worker has written for a task: of loads, or of cases and their `COUNT`.
+def states_of_part(item: str, cases: Columns, states: Columns) -> States:
+    """The states of solved cases as a part takes them, under the name `item`."""
+    columns = {name: values for name, values in states.items() if name != "case_id"}
+    return States(item, states_of_each(cases["case_id"], states), columns)
+
+
+def fetched_loads(task: StoredTask) -> Columns:
+    """The columns of the loads of a block of a cloud that a worker has written.
 
     Raises
     ------
     EngineError
         If they are missing or damaged.
     """
-    kept = read_pending(task.storage.home, task.stem, _number(task.task), states=False)
+    kept = read_pending(task.storage.home, task.part, task.block, states=False)
     if kept is None:
-        what = "what workers have written there is gone or damaged"
-        raise EngineError(Problem(str(task.storage.home), what))
+        raise lost_on_the_way(task.storage.home)
     return kept[0]
-
-
-def _number(task: Chunk | CloudBlock) -> int:
-    """Number of the block of states that a task gives; 0 for a chunk."""
-    return task.number if isinstance(task, CloudBlock) else 0

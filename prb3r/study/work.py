@@ -14,7 +14,7 @@ from prb3r.model.solve import history_problem
 from prb3r.model.steps import loads_of, tension_travel
 from prb3r.runs.states import Columns
 from prb3r.study.cases import Family
-from prb3r.study.chunk import CASE_FAILED, FAILURES, Chunk, blank_columns, state_columns
+from prb3r.study.chunk import CASE_FAILED, FAILURES, Chunk, blank_columns, one_below_another, state_columns
 from prb3r.study.cloud import CloudBlock, SolvedCloudBlock, blocks, cloud_tables, solve_cloud_block
 from prb3r.study.loads import load_columns, load_rows
 from prb3r.study.measure import kept_states, measured_columns
@@ -138,7 +138,7 @@ def _failed(family: Family, chunk: Chunk, error: Exception) -> tuple[Columns, Co
 
 def _joined(tables: Sequence[Mapping[str, np.ndarray]]) -> Columns:
     """Tables of different cases below each other, their rows sorted by number of the case."""
-    columns = {name: np.concatenate([table[name] for table in tables]) for name in tables[0]}
+    columns = one_below_another(tables) if len(tables) > 1 else dict(tables[0])
     if (np.diff(columns["case_id"]) >= 0).all():
         return columns
     order = np.argsort(columns["case_id"], kind="stable")

@@ -10,8 +10,8 @@ from cycler import cycler
 from present.frames import OWN_FIELDS, SCENE, cases_of, plot_of, states_of, texts
 
 from prb3r.present import rc, style
+from prb3r.present.figure_files import save_figure
 from prb3r.present.legends import SHORT_HANDLE, legend_shape
-from prb3r.present.page import save_figure
 from prb3r.present.study.figures import study_figure
 from prb3r.present.study.front import legend_names
 from prb3r.present.study.sheet import Scene

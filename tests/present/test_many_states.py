@@ -1,5 +1,8 @@
 """A page of a study with many states holds some of them, and never needs all in memory unless a plot draws them."""
 
+import subprocess
+import sys
+
 import pytest
 from command import PROTOTYPE
 
@@ -54,3 +57,36 @@ def test_a_plot_of_states_is_drawn_from_all(solved, monkeypatch):
     result = solved(STUDY + LINES.replace("lines", "shapes").replace('x = "load_n"\ny = ["disk14_y_m"]', ""))
     monkeypatch.setattr(thinning, "MOST_ROWS", 3 * 15)
     assert thinning.states_to_draw(result)["case_id"].nunique() == 6
+
+
+CLOUD = f"""
+name = "many"
+title = "many"
+manipulator = "{PROTOTYPE}"
+states = "path"
+state_disks = [14]
+metric = [{{ kind = "workspace" }}]
+[cloud]
+count = 64
+tension_n = {{ 1 = 30.0, 3 = 30.0 }}
+"""
+
+
+def test_of_a_cloud_only_the_columns_that_are_drawn_are_read(solved, monkeypatch):
+    monkeypatch.setattr(running.Result, "states", lambda self: pytest.fail("all columns were read"))
+    assert thinning.states_to_draw(solved(CLOUD)) is None
+    tips = thinning.states_to_draw(solved(CLOUD + '[[plot]]\nname = "reach"\nkind = "workspace"\n'))
+    assert list(tips) == ["case_id", "step", "disk", "x_m", "y_m"]
+    assert tips["step"].tolist() == list(range(1, 65))
+
+
+def test_a_page_without_pictures_loads_no_library_that_draws(tmp_path):
+    (tmp_path / "many.toml").write_text(STUDY)
+    script = (
+        "import sys; from pathlib import Path; from prb3r.present.study.publish import publish; "
+        "from prb3r.study.run import Options, solve_study; "
+        "publish(solve_study('many.toml', Options(Path('out')))); print('matplotlib.figure' in sys.modules)"
+    )
+    done = subprocess.run([sys.executable, "-c", script], cwd=tmp_path, capture_output=True, text=True, check=True)
+    assert done.stdout == "False\n"
+    assert (tmp_path / "out/many/report.html").exists()

@@ -12,7 +12,7 @@ from matplotlib.image import imread
 from present.frames import MANIPULATOR, SCENE, cases_of, plot_of, polygons, states_of, texts
 
 from prb3r.present import style
-from prb3r.present.page import save_figure
+from prb3r.present.figure_files import save_figure
 from prb3r.present.spots import spots_of
 from prb3r.present.study.figures import study_figure
 from prb3r.present.study.shapes import body, straight

@@ -12,9 +12,10 @@ import pytest
 from prb3r.errors import EngineError, SpecError
 from prb3r.quantities import Quantity
 from prb3r.runs.files import ensure_writable
-from prb3r.runs.parts import KEY_TYPE, Parts, gathered, part_name, rows_of_states, state_counts
+from prb3r.runs.part import KEY_TYPE, part_name
+from prb3r.runs.parts import Parts, StateRows
 from prb3r.runs.sealed import HEADER, is_sealed, read_sealed, write_sealed
-from prb3r.runs.states import States, as_slice
+from prb3r.runs.states import States
 from prb3r.runs.store import arrow_table, content_hash, provenance_of, read_arrow, write_arrow
 
 GAIN = Quantity("gain", "g", "1", "what is gained")
@@ -116,11 +117,6 @@ def test_a_table_with_the_digest_of_earlier_versions_counts_as_missing(tmp_path)
     assert not is_sealed(path, "cases a")
 
 
-@pytest.mark.parametrize("rows", [[4], [2, 3, 4], [0, 2, 1, 3], [1, 1, 3], [3, 2, 1], [0, 2]])
-def test_rows_are_picked_as_they_are_numbered(rows):
-    assert np.arange(10)[as_slice(np.array(rows))].tolist() == rows
-
-
 def cases(*numbers):
     keys = np.array([number.to_bytes(16, "big") for number in numbers], KEY_TYPE)
     values = np.array(numbers, float)
@@ -139,33 +135,41 @@ def test_cases_are_known_by_their_keys_whatever_they_were_computed_along_with(tm
         kept.add(keys, columns, ITEMS, states)
     again = Parts(tmp_path)
     keys, expected, _ = cases(1, 2, 3, 4, 5)
-    assert not again.place("another", keys).known.any()
-    assert again.place("metric", np.append(keys, cases(0)[0])).known.tolist() == [True] * 5 + [False]
-    place = again.place("metric", keys)
-    assert gathered(again, place, "gain").tolist() == expected["gain"].tolist()
-    assert gathered(again, place, "reason").tolist() == expected["reason"].tolist()
-    place = again.place("states", keys)
-    ends = np.cumsum(state_counts(again, place))
-    case, part, row = rows_of_states(again, place, ends, slice(0, 6))
-    assert case.tolist() == [0, 1, 1, 3, 4, 4]
-    assert [x_of(again, p, r) for p, r in zip(part, row, strict=True)] == [1, 2, 2, 4, 5, 5]
-    case, part, row = rows_of_states(again, place, ends, slice(2, 5))
-    assert case.tolist() == [1, 3, 4]
-    assert [x_of(again, p, r) for p, r in zip(part, row, strict=True)] == [2, 4, 5]
+    assert not placed(again, "another", keys).known.any()
+    assert placed(again, "metric", np.append(keys, cases(0)[0])).known.tolist() == [True] * 5 + [False]
+    place = placed(again, "metric", keys)
+    assert place.column("gain").tolist() == expected["gain"].tolist()
+    assert place.column("reason").tolist() == expected["reason"].tolist()
+
+
+def placed(parts, item, keys):
+    (place,) = parts.places([item], keys)
+    return place
+
+
+@pytest.mark.parametrize("order", [(1, 2, 3, 4, 5), (4, 1, 2, 5), (5, 4, 3, 2, 1), (2,), (3, 1)])
+def test_states_are_read_in_the_order_of_the_cases_that_are_asked_for(tmp_path, order):
+    kept = Parts(tmp_path)
+    for numbers in ((5, 1, 4), (2, 3)):
+        keys, columns, states = cases(*numbers)
+        kept.add(keys, columns, ITEMS, states)
+    stored = StateRows(placed(Parts(tmp_path), "states", cases(*order)[0]))
+    expected = [(case, float(number)) for case, number in enumerate(order) for _ in range(number % 3)]
+    assert stored.total == len(expected)
+    for start in range(stored.total):
+        for stop in range(start + 1, stored.total + 1):
+            case, columns = stored.between(start, stop)
+            assert list(zip(case.tolist(), columns["x_m"].to_pylist(), strict=True)) == expected[start:stop]
 
 
 def test_of_several_parts_that_hold_an_item_the_last_counts(tmp_path):
     kept = Parts(tmp_path)
-    for numbers, item in (((1, 2, 3), "metric"), ((4, 2), "metric"), ((2, 3), "another")):
+    for numbers, item, shift in (((1, 2, 3), "metric", 0), ((4, 2), "metric", 10), ((2, 3), "another", 20)):
         keys, columns, _ = cases(*numbers)
-        kept.add(keys, columns, dict.fromkeys(columns, item), None)
-    place = kept.place("metric", cases(3, 2, 5, 4, 1, 2)[0])
-    assert place.part.tolist() == [0, 1, -1, 1, 0, 1]
-    assert place.row.tolist() == [2, 1, -1, 0, 0, 1]
-
-
-def x_of(kept, part, row):
-    return kept.parts[part].states.picked(np.array([row]), ["x_m"])["x_m"][0]
+        kept.add(keys, columns | {"gain": columns["gain"] + shift}, dict.fromkeys(columns, item), None)
+    keys, columns, _ = cases(3, 2, 4, 1, 2)
+    assert placed(kept, "metric", keys).column("gain").tolist() == (columns["gain"] + [0, 10, 10, 0, 10]).tolist()
+    assert placed(kept, "metric", cases(3, 5)[0]).known.tolist() == [True, False]
 
 
 def test_states_may_be_written_in_blocks_of_which_one_that_is_damaged_or_missing_spoils_all(tmp_path):
@@ -176,18 +180,18 @@ def test_states_may_be_written_in_blocks_of_which_one_that_is_damaged_or_missing
     kept.add_block(stem, 1, {"x_m": np.arange(4.0, 9.0)})
     kept.add(keys, columns, ITEMS, States("states", np.array([2, 7]), None, (4, 5)))
     again = Parts(tmp_path)
-    assert again.place("states", keys).known.all()
-    picked = again.parts[0].states.picked(np.array([8, 0, 4, 3]), ["x_m"])
-    assert picked["x_m"].tolist() == [8, 0, 4, 3]
+    assert placed(again, "states", keys).known.all()
+    _, states = StateRows(placed(again, "states", keys)).between(1, 8)
+    assert states["x_m"].to_pylist() == [1, 2, 3, 4, 5, 6, 7]
     kept.add_block("of-a-run-that-was-killed", 3, {"x_m": np.zeros(3)})
     again.clear(lambda item: False)
     assert sorted(path.name for path in kept.home.iterdir()) == [f"{stem}-1.states", f"{stem}.cases", f"{stem}.states"]
     block = kept.home / f"{stem}-1.states"
     block.write_bytes((kept.home / f"{stem}.states").read_bytes())
-    assert not Parts(tmp_path).place("states", keys).known.any()
-    assert Parts(tmp_path).place("metric", keys).known.all()
+    assert not placed(Parts(tmp_path), "states", keys).known.any()
+    assert placed(Parts(tmp_path), "metric", keys).known.all()
     block.unlink()
-    assert not Parts(tmp_path).place("states", keys).known.any()
+    assert not placed(Parts(tmp_path), "states", keys).known.any()
 
 
 def test_a_damaged_or_exchanged_part_is_no_part(tmp_path):
@@ -198,10 +202,10 @@ def test_a_damaged_or_exchanged_part_is_no_part(tmp_path):
     keys, _, _ = cases(1, 2, 3, 4)
     first, second = sorted(kept.home.glob("*.cases"))
     first.write_bytes(second.read_bytes())
-    assert Parts(tmp_path).place("metric", keys).known.sum() == 2
+    assert placed(Parts(tmp_path), "metric", keys).known.sum() == 2
     second.with_suffix(".states").write_bytes(second.read_bytes())
-    assert Parts(tmp_path).place("metric", keys).known.sum() == 2
-    assert not Parts(tmp_path).place("states", keys).known.any()
+    assert placed(Parts(tmp_path), "metric", keys).known.sum() == 2
+    assert not placed(Parts(tmp_path), "states", keys).known.any()
     kept.discard()
     assert list(tmp_path.iterdir()) == []
 
@@ -214,7 +218,7 @@ def test_what_no_program_asks_for_any_more_is_cleared_away(tmp_path):
     (kept.home / "x.cases.12.tmp").write_text("")
     kept.clear(lambda item: item == "old")
     assert len(list(kept.home.iterdir())) == 1
-    assert Parts(tmp_path).place("new", cases(2)[0]).known.all()
+    assert placed(Parts(tmp_path), "new", cases(2)[0]).known.all()
 
 
 def test_hash_follows_content_not_order_and_refuses_nan():

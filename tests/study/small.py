@@ -42,7 +42,7 @@ def small(
     for family in families if every > 1 else ():
         family.settings["reach"]["target"] = family.settings["reach"]["target"][::every]
     columns, _ = solve_chunk(Chunk(tuple(families), wanted, "none", None, plan.cables))
-    frame = labelled(plan.cases, pd.DataFrame(columns))
+    frame = labelled(plan.cases, columns)
     assert (frame["outcome"] == "converged").all(), frame["reason"].tolist()
     return with_comparisons(frame, plan.study, straight_lengths(families))
 

@@ -17,8 +17,8 @@ import pyarrow.parquet as pq
 import pytest
 
 from prb3r.errors import SpecError
-from prb3r.present.page import save_figure
-from prb3r.present.study import publish
+from prb3r.present.figure_files import save_figure
+from prb3r.present.study import pictures
 from prb3r.present.study.current import publish_what_changed
 from prb3r.runs.tasks import Piece, Workers
 from prb3r.study.compute import computed_columns
@@ -104,7 +104,7 @@ def test_figures_and_report_are_made_again_only_where_something_changed(spec, tm
         drawn.clear()
         return sorted(path.name for path in publish_what_changed(go(spec, tmp_path)))
 
-    monkeypatch.setattr(publish, "save_figure", lambda *to: (drawn.append(to[2]), save_figure(*to))[1])
+    monkeypatch.setattr(pictures, "save_figure", lambda *to: (drawn.append(to[2]), save_figure(*to))[1])
     spec.write_text(SPEC + plot)
     files, folder = published(), tmp_path / "trial"
     assert files == ["report.html", "shifts.png", "shifts.svg", "summary.md"]

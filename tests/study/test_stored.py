@@ -9,11 +9,12 @@ from command import PROTOTYPE
 from local_cluster import at_most, local_cluster
 
 from prb3r.errors import EngineError
+from prb3r.runs.parts import Parts
 from prb3r.runs.tasks import Workers
 from prb3r.study import compute, workspace
 from prb3r.study.plan import plan_study
 from prb3r.study.run import Options, solve_study
-from prb3r.study.stored import Storage, Stored, StoredTask, fetched, solve_and_store, storage
+from prb3r.study.stored import Storage, Stored, StoredTask, fetched_loads, solve_and_store, storage
 
 GRID = f"""
 name = "trial"
@@ -96,50 +97,64 @@ def test_through_a_scheduler_pass_small_records_alone(spec, tmp_path, monkeypatc
 
 @pytest.fixture
 def task(spec, tmp_path):
-    """A task of the grid whose worker is this process, and the folder that it writes into."""
+    """A task of the grid whose worker is this process, and the parts that it adds to."""
     plan = plan_study(spec(GRID), tmp_path / "out")
-    home = tmp_path / "parts"
-    home.mkdir()
+    parts = Parts(plan.folder)
+    parts.ready()
+    (chunk, *_) = plan.chunks(plan.missing(parts))
+    items = compute.item_columns(plan, chunk)
 
     def made(place):
-        return StoredTask(
-            plan.chunks(np.ones((len(plan.cases), len(plan.items)), bool))[0], place, "stem", with_states=True
-        )
+        return StoredTask(chunk, place, plan.keys[chunk.numbers], items, plan.states_item)
 
-    return made, home
+    return made, parts, plan
 
 
 def test_who_does_not_see_the_folder_hands_tables_over(task, tmp_path):
-    made, home = task
-    with storage(home) as place:
-        assert isinstance(solve_and_store(made(place)), Stored)
+    made, parts, plan = task
+    with storage(parts.home) as place:
+        told = solve_and_store(made(place))
+        assert isinstance(told, Stored)
         elsewhere = tmp_path / "elsewhere"
         elsewhere.mkdir()
         cases, states = solve_and_store(made(Storage(elsewhere, place.mark)))
         assert list(elsewhere.iterdir()) == []
-        kept = fetched(made(place))
-        assert kept["case_id"].tolist() == cases["case_id"].tolist()
-        assert kept["tip_y_m"].tolist() == cases["tip_y_m"].tolist()
-        assert len(states["x_m"]) > 0
-    assert not list(home.glob("*.tmp"))
+        parts.take(made(place).part)
+    assert told.rows == len(states["x_m"]) > 0
+    assert told.failed == (cases["outcome"] != "converged").sum() > 0
+    outcome, position, _ = parts.places(plan.items, plan.keys[cases["case_id"]])
+    assert outcome.column("outcome").tolist() == cases["outcome"].tolist()
+    assert np.array_equal(position.column("tip_y_m"), cases["tip_y_m"], equal_nan=True)
+    assert not list(parts.home.glob("*.tmp"))
 
 
 def test_who_sees_the_folder_but_cannot_write_there_hands_tables_over(task, monkeypatch):
-    made, home = task
+    made, parts, _ = task
 
     def full(*_):
         raise EngineError
 
-    monkeypatch.setattr("prb3r.study.stored.write_block", full)
-    with storage(home) as place:
+    monkeypatch.setattr("prb3r.study.stored.write_part", full)
+    with storage(parts.home) as place:
         cases, _ = solve_and_store(made(place))
     assert len(cases["case_id"]) == 8
 
 
+def test_a_part_of_a_worker_whose_run_died_counts_in_the_next(task):
+    made, parts, plan = task
+    with storage(parts.home) as place:
+        solve_and_store(made(place))
+    known = ~plan.missing(Parts(plan.folder))
+    assert known[made(place).numbers].all()
+    assert known.sum() == known[made(place).numbers].size
+
+
 def test_what_was_damaged_on_the_way_is_told(task):
-    made, home = task
-    with storage(home) as place:
+    made, parts, _ = task
+    with storage(parts.home) as place:
         assert solve_and_store(made(place)).rows > 0
-        (home / "stem-0.pending").write_bytes(b"x")
+        (parts.home / f"{made(place).part}.cases").write_bytes(b"x")
         with pytest.raises(EngineError, match="what workers have written there is gone or damaged"):
-            fetched(made(place))
+            parts.take(made(place).part)
+        with pytest.raises(EngineError, match="what workers have written there is gone or damaged"):
+            fetched_loads(made(place))

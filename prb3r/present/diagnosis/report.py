@@ -17,7 +17,8 @@ from prb3r.present.diagnosis import sentences as say
 from prb3r.present.diagnosis.evidence import moment_map, profiles, ranking, short_place
 from prb3r.present.diagnosis.fits import held_out_errors, residual_sizes
 from prb3r.present.diagnosis.misfits import misfits
-from prb3r.present.page import Table, picture, save_figure, templates
+from prb3r.present.figure_files import save_figure
+from prb3r.present.page import Table, picture, templates
 from prb3r.quantities import describe
 from prb3r.runs.files import write_whole
 

@@ -13,7 +13,8 @@ from prb3r.diagnosis.result.statements import IN_WORDS
 from prb3r.present import rc, style
 from prb3r.present.diagnosis import sentences as say
 from prb3r.present.diagnosis.panels import panel_grid
-from prb3r.present.page import Table, picture, save_figure, templates
+from prb3r.present.figure_files import save_figure
+from prb3r.present.page import Table, picture, templates
 from prb3r.quantities import describe
 from prb3r.runs.files import ensure_writable, write_whole
 

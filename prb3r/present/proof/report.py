@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from prb3r.markdown import markdown_table
 from prb3r.present import rc, style
-from prb3r.present.page import save_figure
+from prb3r.present.figure_files import save_figure
 from prb3r.present.proof.cases import case_columns, concealed_text
 from prb3r.present.proof.real import real_section
 from prb3r.present.proof.scores import goal_text, scores_table

@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 
 from prb3r.present import rc, style
-from prb3r.present.page import Cell, Table, picture, save_figure, templates
+from prb3r.present.figure_files import save_figure
+from prb3r.present.page import Cell, Table, picture, templates
 from prb3r.present.spots import spots_of
 from prb3r.present.study.firsts import designs_standing
 from prb3r.present.study.front import decision_figure, front_figure

@@ -90,7 +90,7 @@ def publish_what_changed(result: "Result") -> list[Path]:
     made_from = _made_from(result)
     if files := _standing(result.folder, made_from):
         return files
-    from prb3r.present.study.publish import publish  # loads matplotlib
+    from prb3r.present.study.publish import publish  # loads pandas
 
     before = _written(result.folder)
     (result.folder / RECORD).unlink(missing_ok=True)

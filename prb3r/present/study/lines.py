@@ -145,17 +145,11 @@ def _fits(sheet: Sheet[LinesPlot], x: Shown, y: Shown) -> Iterator[tuple[dict[st
         reach = dict(fit.get("where") or {}) | ({COLUMN: fit["y"]} if len(plot.y) > 1 else {})
         slope, start = fit["slope"] * y.factor / x.factor, fit["intercept"] * y.factor
         per = x.unit or _symbol(sheet.quantity(plot.x))
-        text = law_in_words(slope, fit["largest_deviation"] * y.factor, y.unit, per)
+        text = style.law_in_words(slope, fit["largest_deviation"] * y.factor, y.unit, per)
         about = [sheet.text(column, value) for column, value in reach.items() if column not in plot.where]
         text = f"{', '.join(about)}: {text}" if about else text
         ink = {"color": style.INK, "ls": style.LINES[(index + 1) % 8], "lw": 0.9, "zorder": 1.8, "label": text}
         yield reach, lambda at, slope=slope, start=start: start + slope * at, ink
-
-
-def law_in_words(slope: float, deviation: float, y_unit: str, x_unit: str) -> str:
-    """A fitted line with its largest deviation in words: `56.8 mm per unit μ, within 1.1 mm`."""
-    rate = f"{style.with_unit(float(f'{slope:.3g}'), y_unit)} per {x_unit}"
-    return f"{rate}, within {style.with_unit(float(f'{deviation:.2g}'), y_unit)}"
 
 
 def _told_beside(axes: Axes, x: np.ndarray, y: np.ndarray, text: str) -> None:

@@ -4,21 +4,22 @@ import itertools
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
 
 from prb3r.present import style
 from prb3r.present.page import Table, picture, templates
-from prb3r.present.study.comparison import MOST_IN_PAGE, Advice, listed_designs, note_on
-from prb3r.present.study.lines import law_in_words
-from prb3r.present.study.pointing import Pointed
 from prb3r.present.study.section import Section
 from prb3r.present.study.source import Source
 from prb3r.runs.files import write_whole
 from prb3r.study.compare import select
 from prb3r.study.phrases import failures_in_words
+
+if TYPE_CHECKING:
+    from prb3r.present.study.comparison import Advice
+    from prb3r.present.study.pointing import Pointed
 
 WHOLE_TABLE, MOST_LISTED, FEW = 500, 20, 8
 """Cases that the table of all cases has at most; failed cases, and values of a factor in words, that are listed at
@@ -29,11 +30,15 @@ most; numbers of a factor that are listed one by one, and groups of cases, at mo
 class Answers:
     """Parts of a report beyond tables and figures."""
 
-    counsel: Advice | None = None
+    counsel: "Advice | None" = None
     """Which design to build, if the study decides."""
+    designs: Table | None = None
+    """The designs that it was decided between."""
+    note: str = ""
+    """What is to be known of that table."""
     sections: Sequence[Section] = ()
     """Those of this kind of study: search, path, errors of rigs, convergence of workspaces."""
-    pointed: Pointed | None = None
+    pointed: "Pointed | None" = None
     """What the page shows of spots in its figures, if there are any."""
 
 
@@ -57,8 +62,8 @@ def write_report(
         "pointed": answers.pointed.plain if answers.pointed else None,
         "answer": _answer(source, answers),
         "counsel": answers.counsel,
-        "designs": listed_designs(answers.counsel.decision) if answers.counsel else None,
-        "note": note_on(answers.counsel.decision, MOST_IN_PAGE) if answers.counsel else "",
+        "designs": answers.designs,
+        "note": answers.note,
         "cases": len(cases),
         "sections": answers.sections,
         "count": in_short(source),
@@ -183,7 +188,9 @@ def _fits(source: Source) -> Iterable[str]:
         law = "too few cases for a line"
         if fit["slope"] is not None:
             per = x.unit or f"unit {quantity.symbol or quantity.title.lower()}"
-            law = law_in_words(fit["slope"] * y.factor / x.factor, fit["largest_deviation"] * y.factor, y.unit, per)
+            law = style.law_in_words(
+                fit["slope"] * y.factor / x.factor, fit["largest_deviation"] * y.factor, y.unit, per
+            )
             origin = f"{quantity.symbol} = 0" if quantity.symbol else "zero"
             law += f", {style.with_unit(fit['intercept'] * y.factor, y.unit)} at {origin}"
         yield f"{source.quantity(fit['y']).title}: {law}" + (f" ({over})" if over else "")

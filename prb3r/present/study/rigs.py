@@ -11,8 +11,9 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from prb3r.present import canvas, rc, style
+from prb3r.present.figure_files import save_figure
 from prb3r.present.legends import without_repeats
-from prb3r.present.page import Table, save_figure
+from prb3r.present.page import Table
 from prb3r.present.study.section import Section
 from prb3r.quantities import Quantity, describe, label
 from prb3r.study.compare import select

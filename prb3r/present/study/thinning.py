@@ -15,7 +15,7 @@ from prb3r.study.run import Result
 MOST_ROWS, FEWEST_LOADS = 2**21, 2**10
 """Rows of states that are read at most, but at least so many loads of every cloud."""
 ALWAYS = ("case_id", "step", "disk", "x_m", "y_m")
-"""Columns of the states of clouds that are always read."""
+"""Columns of the states of clouds that are always read; others are if the study names them."""
 
 
 def loads_to_draw(result: Result) -> int | None:
@@ -25,16 +25,22 @@ def loads_to_draw(result: Result) -> int | None:
         return None
     disks = len(plan.study.state_disks or range(plan.cases[0].manipulator().plates + 1))
     most = max(FEWEST_LOADS, MOST_ROWS // (disks * len(plan.cases)))
-    return most if most < max(family.settings["cloud"]["count"] for family in plan.cases.families) else None
+    return most if most < _most_loads(result) else None
+
+
+def _most_loads(result: Result) -> int:
+    """The largest number of loads of a cloud of the study."""
+    return max(int(family.settings["cloud"]["count"]) for family in result.plan.cases.families)
 
 
 def states_to_draw(result: Result) -> pd.DataFrame | None:
     """The states that figures and page are made from; None if the study keeps none, or has no plot and no decision."""
     plan, table = result.plan, result.folder / "states.parquet"
-    if (most := loads_to_draw(result)) is not None:
-        return read_first(table, {*ALWAYS, *named_columns(plan.study)}, "step", most).to_pandas()
     if plan.study.states == "none" or not (plan.study.plot or plan.study.decides):
         return None
+    if plan.study.cloud is not None and plan.study.states == "path":
+        most = loads_to_draw(result) or _most_loads(result)
+        return read_first(table, {*ALWAYS, *named_columns(plan.study)}, "step", most).to_pandas()
     drawn = any(plot.of_states or not _columns_drawn(plot) <= set(result.cases) for plot in plan.study.plot)
     if drawn or (rows := count_rows(table)) <= MOST_ROWS:
         return result.states()

@@ -9,7 +9,7 @@ from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 
 from prb3r.present import canvas, style
-from prb3r.present.framing import to_scale, view_of
+from prb3r.present.framing import extremes, to_scale, view_of
 from prb3r.present.spots import point_at
 from prb3r.present.study.shapes import draw_body, not_drawn, notes, straight
 from prb3r.present.study.sheet import Sheet
@@ -25,14 +25,15 @@ def workspace_figure(sheet: Sheet[WorkspacePlot]) -> Figure:
     if sheet.states is None:
         raise ValueError(f"plot {sheet.plot.name!r} draws workspaces and needs states")
     tips = sheet.states[sheet.states["disk"] == sheet.states.groupby("case_id")["disk"].transform("max")]
-    clouds = {number: cloud[["x_m", "y_m"]].to_numpy(float) for number, cloud in tips.groupby("case_id")}
-    steps = {number: cloud["step"].to_numpy() for number, cloud in tips.groupby("case_id")}
+    of_case = dict(iter(tips.groupby("case_id")))
+    clouds = {number: cloud[["x_m", "y_m"]].to_numpy(float) for number, cloud in of_case.items()}
+    steps = {number: cloud["step"].to_numpy() for number, cloud in of_case.items()}
     clouds = {number: clouds.get(number, np.zeros((0, 2))) for number in sheet.rows["case_id"].unique()}
     reached = {number: cloud[np.isfinite(cloud).all(1)] for number, cloud in clouds.items()}
     failed = []
     for _, row in sheet.rows.iterrows():
         count, good = len(clouds[row["case_id"]]), len(reached[row["case_id"]])
-        drawn = max(steps.get(row["case_id"], ()), default=0)  # steps of loads beyond yield are left out
+        drawn = np.max(steps.get(row["case_id"], 0), initial=0)  # steps of loads beyond yield are left out
         if good < count or not count:
             shown = f"{'the first ' if sheet.scene.loads is not None else ''}{count:,} loads"
             what = f"{count - good:,} of {shown} without equilibrium" if count else str(row["outcome"])
@@ -42,7 +43,8 @@ def workspace_figure(sheet: Sheet[WorkspacePlot]) -> Figure:
             failed.append(not_drawn(sheet, row, f"{share} % of the loads left out, plates would yield"))
     titles, parts = sheet.panels()
     rests = [straight(sheet.scene.manipulator(int(part["case_id"].iloc[0]))) for part in parts]
-    corners = np.concatenate([*(rest.disks.reshape(-1, 2) for rest in rests), *reached.values()])
+    shapes = [rest.disks.reshape(-1, 2) for rest in rests] + [cloud for cloud in reached.values() if len(cloud)]
+    corners = np.concatenate([extremes(points) for points in shapes])
     figure, axes = canvas.panels(titles, sheet.handles(patch=True) + notes(failed), view_of(corners)[2])
     for panel, part, rest in zip(axes, parts, rests, strict=True):
         draw_body(panel, rest, Look(style.PALE, "", "-", ""), "-", 0.0)
@@ -65,12 +67,13 @@ def occupancy(points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, n
     The region (a, b) is a smoothed mask, inside above one half.  Cells are as small as the points allow: about eight
     points in each on average.
     """
-    low, size = points.min(0), max(*np.ptp(points, axis=0), 1e-9)
+    low, high = extremes(points)
+    size = max(*(high - low), 1e-9)
     coarse = size / np.clip(np.sqrt(len(points)) / 4, 8, 60)
     column, row = np.floor((points - low) / coarse).astype(int).T
     taken = np.count_nonzero(np.bincount(column * (row.max() + 1) + row))
     side = np.clip(coarse * np.sqrt(8 * taken / len(points)), size / 200, size / 8)
-    counts = np.ceil(np.ptp(points, axis=0) / side).astype(int) + 9
+    counts = np.ceil((high - low) / side).astype(int) + 9
     edges = [start + side * (np.arange(count + 1) - 4) for start, count in zip(low, counts, strict=True)]
     filled, *_ = np.histogram2d(points[:, 0], points[:, 1], bins=edges)
     mask = scipy.ndimage.binary_closing(
