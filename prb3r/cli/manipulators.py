@@ -136,7 +136,14 @@ def reach_command(ctx, manipulator, disk, path, most, output, **asked) -> None:
         raise SpecError(Problem("reach", "say where to: --x and --y, --angle, or all of them, or --path TABLE"))
     number = int(disk) if disk.isdecimal() else disk
     say_what_is_compiled()
-    answer = pulls_to(load_manipulator(manipulator), disk=number, path=path, most_n=most, **wanted)
+
+    def tell(what: str) -> None:
+        """Say what is odd about the targets of a path before the search, which may be long; of a single one the answer
+        says it."""
+        if path is not None:
+            click.echo(f"prb3r: {path}: {what}", err=True)
+
+    answer = pulls_to(load_manipulator(manipulator), disk=number, path=path, most_n=most, tell=tell, **wanted)
     if place:
         write_table(answer.steps, place)
     else:
