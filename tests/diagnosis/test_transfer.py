@@ -180,7 +180,8 @@ def test_notches_of_an_arm_of_the_same_shape_close_alike(side):
     free = prb3r.solve(here, pull)
     assert large["angle_rad"].tolist() == pytest.approx(small["angle_rad"].tolist(), rel=1e-9, abs=1e-9)
     assert small["angle_rad"].iloc[-1] < 0.9 * free["angle_rad"].iloc[-1]
-    assert carried_effects([closing], here, other_design(1.0))[0] == (closing,)
+    ((longer,), _) = carried_effects([closing], here, other_design(1.0))
+    assert longer.stiffness_n_m_per_rad == pytest.approx(9.0)
 
 
 @pytest.mark.parametrize("effect", [{"kind": "tip_load_friction"}, {"kind": "weight_friction"}])
