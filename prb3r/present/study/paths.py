@@ -138,7 +138,7 @@ def _followed(result: Result, scene: Scene) -> Iterator[str]:
         met = round(row["reached_share"] * len(targets))
         force = f"highest tension {row['highest_tension_n']:.4g} N, highest sum {row['highest_sum_n']:.4g} N"
         if met == len(targets):
-            yield f"{before}{'The only target is' if met == 1 else f'All {met} targets are'} reached; {force}."
+            yield f"{before}{'Target' if met == 1 else f'All {met} targets'} reached; {force}."
             continue
         first = int(row["first_missed"])
         place = ", ".join(
