@@ -1,17 +1,17 @@
 """Checking a file or the folder of a recording: what it is, whether it is in order, and remarks on it."""
 
 import os
-import tomllib
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Any
 
 import pandas as pd
 
 from prb3r.errors import Problem, SpecError
 from prb3r.inverse.target import COORDINATES, target_rows
 from prb3r.model.files.cells import blank_rows, count, numbers, ranges
+from prb3r.model.files.kinds import kind_of_keys
 from prb3r.model.files.table import TABLE_SUFFIXES, read_table
+from prb3r.model.files.toml import toml_contents
 from prb3r.model.manipulator import Manipulator, load_manipulator
 from prb3r.model.solve import POSITION_COLUMNS
 from prb3r.model.step_checks import LOAD_COLUMN_FORMS, ignored_slips, is_load_column, step_problems
@@ -21,13 +21,11 @@ from prb3r.recording.plausibility import implausible
 from prb3r.recording.reading import RECORDING_FILE, load_recording
 from prb3r.recording.recording import Kind
 
-MANIPULATOR_KEYS = {"segment", "cable", "disk", "youngs_modulus_pa"}
-
 
 def only_manipulator(paths: Iterable[Path]) -> Manipulator | None:
     """The manipulator among the files to be checked, if there is a single one and it is in order; else None."""
     different = {os.path.realpath(path): path for path in paths}.values()
-    manipulators = [path for path in different if path.suffix == ".toml" and _keys(path) & MANIPULATOR_KEYS]
+    manipulators = [path for path in different if _is_toml(path) and kind_of_file(path) == "manipulator"]
     try:
         return load_manipulator(manipulators[0]) if len(manipulators) == 1 else None
     except SpecError:
@@ -49,42 +47,27 @@ def check_file(path: Path, manipulator: Manipulator | None = None) -> str:
         raise SpecError(Problem(str(path), "no such file or folder"))
     if path.is_dir():
         return _check_recording(path)
-    if path.suffix in TABLE_SUFFIXES:
+    if path.suffix.lower() in TABLE_SUFFIXES:
         return _check_table(path, manipulator)
-    if path.suffix != ".toml":
+    if not _is_toml(path):
         raise SpecError(Problem(str(path), "not a .toml, .csv or .parquet file"))
-    keys = _keys(path)
-    if keys & {"measurement", "prior", "image_centre_m"} or path.name == RECORDING_FILE:
+    kind = kind_of_file(path)
+    if kind == "recording" or path.name == RECORDING_FILE:
         return _check_recording(path)
-    if keys & MANIPULATOR_KEYS:
-        return _check_manipulator(path)
-    from prb3r.study.spec import Study
-    from prb3r.study.wishes import Wishes
-
-    if keys and keys <= Wishes.model_fields.keys():
-        return _check_wishes(path)
-    if not keys & (Study.model_fields.keys() - Manipulator.model_fields.keys()) and _contents(path) is not None:
+    if not kind and (contents := toml_contents(path)) is not None:
         what = "says nothing of a manipulator (disk, segment, cable) or of a study (manipulator, factor, step)"
-        raise SpecError(Problem(str(path), what if keys else "is empty: no manipulator, study or recording"))
-    return _check_study(path)
+        raise SpecError(Problem(str(path), what if contents else "is empty: no manipulator, study or recording"))
+    checks = {"manipulator": _check_manipulator, "requirements": _check_wishes}
+    return checks.get(kind, _check_study)(path)
 
 
-def is_study(path: Path) -> bool:
-    """Whether a file is meant as a study: it names a manipulator and does not describe one."""
-    return "manipulator" in (keys := _keys(path)) and not keys & MANIPULATOR_KEYS
+def kind_of_file(path: Path) -> str:
+    """The kind of a TOML file, as :func:`kind_of_keys` names it; empty if it is of none or cannot be read."""
+    return kind_of_keys((toml_contents(path) or {}).keys())
 
 
-def _keys(path: Path) -> set[str]:
-    """Top-level keys of a TOML file; none if it cannot be read."""
-    return set(_contents(path) or ())
-
-
-def _contents(path: Path) -> dict[str, Any] | None:
-    """What a TOML file holds; None if it cannot be read, of which the strict reader says what is wrong."""
-    try:
-        return tomllib.loads(path.read_text("utf-8-sig")) if path.is_file() else None
-    except (OSError, ValueError, RecursionError):
-        return None
+def _is_toml(path: Path) -> bool:
+    return path.suffix.lower() == ".toml"
 
 
 def _check_manipulator(path: Path) -> str:

@@ -16,12 +16,13 @@ class Lines:
     """
 
     def begin(self, name: str, cases: int, done: int, what: str = "cases") -> None:
-        self.name, self.cases, self.done, self.failed, self.what = name, cases, done, 0, what
+        self.name, self.cases, self.done, self.failed = name, cases, done, 0
+        self.what = what.removesuffix("s") if cases == 1 else what
         self.started = self.said = time.monotonic()
         self.first = done
         if done < cases:
-            stored = f", {done} stored already" if done else ""
-            self._say(f"{cases} {what}{stored}")
+            rest = f", {cases - done} to compute" if done else ""
+            self._say(f"{cases} {self.what}{rest}")
 
     def advance(self, cases: int, failed: int) -> None:
         self.done, self.failed = self.done + cases, self.failed + failed

@@ -34,7 +34,7 @@ def test_a_load_without_equilibrium_exits_with_1_and_says_so(steps):
     done = process("solve", PROTOTYPE, steps)
     assert done.returncode == 1
     assert "1 of 3 steps have no stable equilibrium" in done.stderr
-    assert "1 after them are reached by leaving them out" in done.stderr
+    assert "1 after them is reached by leaving them out" in done.stderr
     assert done.stdout.splitlines()[-1].endswith("detour")
 
 

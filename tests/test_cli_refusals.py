@@ -43,6 +43,15 @@ def test_no_command_writes_over_what_it_reads(tmp_path):
     [
         ([], "say where to: --x and --y, --angle, or all of them, or --path TABLE"),
         (["--x", "nan", "--y", "0.1"], "x_m = nan is not allowed; give a finite number"),
+    ],
+)
+def test_targets_that_nobody_means_are_refused(tmp_path, asked, said):
+    assert said in refusal("reach", PROTOTYPE, *asked, cwd=tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("asked", "said"),
+    [
         (["--angle", "30"], "angle_rad = 30 rad is 4.8 turns; angles are given in radians: 30 degrees is 0.5236"),
         (["--path", "mm.csv"], "mm.csv: y_m = -120 m is far beyond the manipulator, which is 0.476 m long; lengths"),
         (
@@ -51,13 +60,17 @@ def test_no_command_writes_over_what_it_reads(tmp_path):
         ),
     ],
 )
-def test_targets_that_nobody_means_are_refused(tmp_path, asked, said):
+def test_targets_in_another_unit_get_the_nearest_point_and_are_said_before_the_search(tmp_path, asked, said):
     (tmp_path / "mm.csv").write_text("x_m,y_m\n0.4,0.1\n410,-120\n")
     (tmp_path / "deg.csv").write_text("angle_rad\n0.2\n-20\n")
-    assert said in refusal("reach", PROTOTYPE, *asked, cwd=tmp_path)
+    done = prb3r("reach", PROTOTYPE, *asked, cwd=tmp_path)
+    assert done.returncode == 1
+    assert said in (done.stderr if "--angle" in asked else done.stderr.partition("step 1: ")[0])
+    assert "is not reached; nearest is" in done.stderr
+    assert done.stdout.startswith("sequence,step,cable_1_n")
 
 
-def test_targets_of_a_study_are_refused_alike_and_every_problem_is_said_once(tmp_path):
+def test_far_targets_of_a_study_are_refused_and_every_problem_is_said_once(tmp_path):
     limp = tmp_path / "limp.toml"
     sizes = "width_m = 0.030\nthickness_m = 0.0008"
     assert PROTOTYPE.read_text().count(sizes) == 2

@@ -54,6 +54,7 @@ def _alone(loaded, output: str | None, asked: dict) -> list[str]:
     from prb3r.diagnosis.result.files import default_folder
     from prb3r.diagnosis.result.projection import summary_lines
     from prb3r.front.diagnoses import diagnose as diagnosed
+    from prb3r.model.files.cells import count
     from prb3r.progress import stages
     from prb3r.runs.files import ensure_writable
 
@@ -65,7 +66,7 @@ def _alone(loaded, output: str | None, asked: dict) -> list[str]:
         report("write")
         files = diagnosis.report(folder)
     click.echo("\n".join(summary_lines(diagnosis)))
-    click.echo(f"{len(files)} files in {folder}, the page to read is {folder / 'report.html'}")
+    click.echo(f"{count(len(files), 'file')} in {folder}, the page to read is {folder / 'report.html'}")
     return [diagnosis.verdict]
 
 
@@ -75,6 +76,7 @@ def _together(loaded, output: str | None, asked: dict) -> list[str]:
     from prb3r.diagnosis.result.projection import summary_lines
     from prb3r.diagnosis.together import joint_steps
     from prb3r.front.diagnoses import diagnose as diagnosed
+    from prb3r.model.files.cells import count
     from prb3r.progress import stages
     from prb3r.runs.files import ensure_writable
 
@@ -88,7 +90,7 @@ def _together(loaded, output: str | None, asked: dict) -> list[str]:
     for diagnosis in joint.diagnoses:
         click.echo("\n".join([*summary_lines(diagnosis), ""]))
     click.echo("\n".join(["together:", *(f"- {sentence}" for sentence in joint.common.sentences)]))
-    click.echo(f"{len(files)} files in {folder}, the page to read is {folder / 'report.html'}")
+    click.echo(f"{count(len(files), 'file')} in {folder}, the page to read is {folder / 'report.html'}")
     return [diagnosis.verdict for diagnosis in joint.diagnoses]
 
 
@@ -105,18 +107,18 @@ def predict_command(diagnosis, design, steps, output, seed) -> None:
 
     Of a study, the study with 64 rigs that the diagnosis leaves possible, as a factor that nobody chooses.
     """
-    from prb3r.check import is_study
+    from prb3r.check import kind_of_file
     from prb3r.diagnosis.result.design_prediction import predict_design
     from prb3r.diagnosis.result.learnt_study import learnt_study
     from prb3r.model.files.comma_separated import csv_text
     from prb3r.model.files.table import ensure_table_place, write_table
     from prb3r.runs.files import ensure_writable, write_whole
 
-    if output and steps is None and Path(output).suffix != ".toml":
+    if output and steps is None and Path(output).suffix.lower() != ".toml":
         raise SpecError(Problem(output, "without STEPS a manipulator or a study is written: a .toml file"))
     if output:
         ensure_spared(output, design, steps)
-    if is_study(Path(design)):
+    if kind_of_file(Path(design)) == "study":
         if steps is not None:
             raise SpecError(Problem(steps, "a study has its own loads; give the table with a manipulator"))
         study = learnt_study(diagnosis, design, output or design, seed=seed)

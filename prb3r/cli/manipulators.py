@@ -30,6 +30,7 @@ FOUND = ("converged", "detour")
 @click.pass_context
 def solve_command(ctx, manipulator, steps, model, output, as_measured, image_centre) -> None:
     """Equilibria along each sequence of load steps: positions, angles and outcome of every disk as a table."""
+    from prb3r.model.files.cells import count
     from prb3r.model.files.table import ensure_table_place
     from prb3r.model.solve import POSITION_COLUMNS, as_read, solve_in_blocks
 
@@ -59,12 +60,15 @@ def solve_command(ctx, manipulator, steps, model, output, as_measured, image_cen
     _write(told(), place)
     failed = blocks.steps - sum(outcomes[name] for name in FOUND)
     if output:
-        click.echo(f"{blocks.steps} steps, {failed} without a stable equilibrium, in {output}")
+        click.echo(f"{count(blocks.steps, 'step')}, {failed} without a stable equilibrium, in {output}")
     else:
         if failed:
-            click.echo(f"prb3r: {failed} of {blocks.steps} steps have no stable equilibrium", err=True)
+            have = "has" if blocks.steps == 1 else "have"
+            click.echo(f"prb3r: {failed} of {count(blocks.steps, 'step')} {have} no stable equilibrium", err=True)
         if detours := outcomes["detour"]:
-            click.echo(f"prb3r: {detours} after them are reached by leaving them out", err=True)
+            click.echo(
+                f"prb3r: {detours} after them {'is' if detours == 1 else 'are'} reached by leaving them out", err=True
+            )
     ctx.exit(ExitCode.SOME_FAILED if failed else ExitCode.DONE)
 
 
@@ -89,6 +93,7 @@ def _progress(steps: int) -> Iterator["Progress"]:
 def _write(tables: Iterator[Any], place: Path | None) -> None:
     """Write tables one below another to the file `place`, which appears only when it is whole; without it to stdout."""
     from prb3r.model.files.comma_separated import csv_text
+    from prb3r.model.files.table import is_parquet
     from prb3r.runs.files import replaced
     from prb3r.runs.store import write_one_below_another
 
@@ -96,7 +101,7 @@ def _write(tables: Iterator[Any], place: Path | None) -> None:
     if place is None:
         for text in texts:
             click.echo(text, nl=False)
-    elif place.suffix == ".parquet":
+    elif is_parquet(place):
         write_one_below_another((dict(table.items()) for table in tables), place)
     else:
         with replaced(place) as temporary, open(temporary, "w", encoding="utf-8", newline="") as file:
@@ -136,7 +141,14 @@ def reach_command(ctx, manipulator, disk, path, most, output, **asked) -> None:
         raise SpecError(Problem("reach", "say where to: --x and --y, --angle, or all of them, or --path TABLE"))
     number = int(disk) if disk.isdecimal() else disk
     say_what_is_compiled()
-    answer = pulls_to(load_manipulator(manipulator), disk=number, path=path, most_n=most, **wanted)
+
+    def tell(what: str) -> None:
+        """Say what is odd about the targets of a path before the search, which may be long; of a single one the answer
+        says it."""
+        if path is not None:
+            click.echo(f"prb3r: {path}: {what}", err=True)
+
+    answer = pulls_to(load_manipulator(manipulator), disk=number, path=path, most_n=most, tell=tell, **wanted)
     if place:
         write_table(answer.steps, place)
     else:

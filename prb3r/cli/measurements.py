@@ -51,6 +51,7 @@ def prove_command(output, cases, classes, jobs, seed, settings, only) -> None:
 
     An interrupted run goes on where it stopped when it is started again.
     """
+    from prb3r.model.files.cells import count
     from prb3r.proof.settings import SETTINGS
     from prb3r.runs.files import ensure_writable
 
@@ -73,4 +74,4 @@ def prove_command(output, cases, classes, jobs, seed, settings, only) -> None:
         cases = cases or sum(share for name, share in shares.items() if not classes or name in classes)
         proof = run_proof(cases, seed, jobs, say, folder / ".journal", classes)
         table, files = scores_table(proof), publish_proof(proof, folder)
-    click.echo("\n".join([*table, "", f"{len(files)} files in {output}"]))
+    click.echo("\n".join([*table, "", f"{count(len(files), 'file')} in {output}"]))

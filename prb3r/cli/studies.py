@@ -113,20 +113,23 @@ def _planned(studies: tuple[str, ...], output: str) -> list["Plan"]:
 
 def _forecast(plan: "Plan", jobs: int) -> str:
     """One line: the number of cases of a study, the seconds that they take with `jobs` workers, and their folder."""
+    from prb3r.model.files.cells import count
     from prb3r.study.run import forecast
 
     seconds, stored = forecast(plan)
-    cost = f"about {seconds / jobs:.2g} s with {jobs} jobs" if seconds else "nothing to compute"
-    return f"{plan.study.name}: {len(plan.cases)} cases, {stored} of them stored, {cost}, into {plan.folder}"
+    cost = f"about {seconds / jobs:.2g} s with {count(jobs, 'job')}" if seconds else "nothing to compute"
+    return f"{plan.study.name}: {count(len(plan.cases), 'case')}, {stored} of them stored, {cost}, into {plan.folder}"
 
 
 def _closing(result: "Result", files: list[Path]) -> str:
     """Closing lines of a run: how many cases were computed, the first that failed, and what the study answers."""
+    from prb3r.model.files.cells import count
+
     plan, cases = result.plan, len(result.cases)
     what = (
         f"{result.computed} computed, {cases - result.computed} from earlier runs" if result.computed else "unchanged"
     )
-    text = f"{plan.study.name}: {cases} cases ({what}), {len(files)} files in {result.folder}"
+    text = f"{plan.study.name}: {count(cases, 'case')} ({what}), {count(len(files), 'file')} in {result.folder}"
     if result.failed:
         from prb3r.study.phrases import failures_in_words
 
@@ -176,7 +179,8 @@ def compare_command(ctx, results, output, requirements) -> None:
 @click.argument("folder", metavar="FOLDER")
 def report_command(folder) -> None:
     """An index page over everything in a folder: studies, comparisons, diagnoses and proofs, each with its answer."""
+    from prb3r.model.files.cells import count
     from prb3r.present.index import write_index
 
-    page, count = write_index(Path(folder))
-    click.echo(f"{count} result{'s' * (count > 1)} in {page}")
+    page, results = write_index(Path(folder))
+    click.echo(f"{count(results, 'result')} in {page}")

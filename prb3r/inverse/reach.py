@@ -1,6 +1,6 @@
 """Tensions that bring a disk to targets: the entrance, which checks the input, searches, and tabulates the answer."""
 
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from pathlib import Path
 from typing import Any, Literal, TypedDict, Unpack, get_args
 
@@ -11,7 +11,7 @@ from prb3r.errors import Problem, SpecError, did_you_mean
 from prb3r.inverse.pull import Aim, Least, Pull, lengths
 from prb3r.inverse.reached import BEYOND_YIELD, IS_REACHED, NO_PULL, NOT_REACHED, Reached
 from prb3r.inverse.search import Found, best_pull, natural_limits
-from prb3r.inverse.target import COORDINATES, Target, targets_of
+from prb3r.inverse.target import COORDINATES, Target, out_of_reach, targets_of
 from prb3r.mechanics.chain import Chain, Loads, loads, no_loads
 from prb3r.model.effects.cables import DeadCable
 from prb3r.model.given import of_given
@@ -38,11 +38,12 @@ def pulls_to(
     most_n: float | None = None,
     broken: Collection[str] = (),
     least: Least = "force",
+    tell: Callable[[str], object] = str,
     **wanted: Unpack[Wanted],
 ) -> Reached:
     """Tensions of least sum, or of least stress, that bring a disk to a place, an angle, both, or along a path of them.
 
-    Parameters and errors are those of `prb3r.reach`.
+    Parameters and errors are those of `prb3r.reach`; `tell` hears, before the search, of targets far out of reach.
     """
     disk = wanted.pop("disk", "tip")
     place = {name: float(value) for name, value in wanted.items() if value is not None}  # type: ignore[arg-type]
@@ -58,6 +59,8 @@ def pulls_to(
     if lags := lag_problem(chain):
         raise SpecError(Problem(manipulator.name, lags))
     targets = targets_of(chain, disk, place, path)
+    for far in out_of_reach(chain, [target.row for target in targets]):
+        tell(far)
     most = limits(chain, most_n)
     pulls = pulls_along(chain, targets, most, aim_of(manipulator, least))
     return Reached(manipulator, _steps(manipulator, pulls), _table(targets, pulls, most, manipulator))
@@ -138,7 +141,7 @@ def pulls_along(chain: Chain, targets: list[Target], most: np.ndarray, aim: Aim)
     near = None
     for number, target in enumerate(targets, 1):
         part = chain_until(chain, number / len(targets))
-        pull = Pull(part, held_loads(part, pulls), -np.ones(len(most)), target, aim)
+        pull = Pull(part, held_loads(part, pulls), -np.ones(len(most)), target.sought, aim)
         best = best_pull(pull, most, length, near)
         pulls.append(best)
         if best is not None:
@@ -178,7 +181,7 @@ def _table(
     targets: list[Target], pulls: list[Found | None], most: np.ndarray, manipulator: Manipulator
 ) -> pd.DataFrame:
     """A row for each target with the columns of `Reached.table`."""
-    rows, names = [], manipulator.cable_names
+    rows, names, chain = [], manipulator.cable_names, manipulator.chain()
     for number, (target, best) in enumerate(zip(targets, pulls, strict=True), 1):
         place = np.full(3, np.nan) if best is None else best.place
         off = np.where(target.asked, place - target.wanted, 0.0)
@@ -197,7 +200,7 @@ def _table(
                 "safety_factor": safety,
                 "reached": reached,
                 "outcome": _outcome(best, reached, safety),
-                "note": _note(target, best, most, names),
+                "note": _note(target, best, most, names) + _remark(chain, target, reached),
             }
         )
     return pd.DataFrame(rows)
@@ -214,6 +217,11 @@ def _safety(manipulator: Manipulator, stress: float) -> float:
     if manipulator.yield_stress_pa is None or not np.isfinite(stress):
         return np.nan
     return manipulator.yield_stress_pa / stress if stress else np.inf
+
+
+def _remark(chain: Chain, target: Target, reached: bool) -> str:
+    """Ending of the note on a target that is not reached: how far out of reach it is, where that is far."""
+    return "" if reached else "".join(f"; {what}" for what in out_of_reach(chain, [target.row]))
 
 
 def _note(target: Target, best: Found | None, most: np.ndarray, names: list[str]) -> str:

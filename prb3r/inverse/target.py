@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -20,6 +20,10 @@ COORDINATES = ("x_m", "y_m", "angle_rad")
 ARRIVED = 1e-6
 """A target is reached within this norm of its errors, in straight lengths and rad: a thousandth of what a camera reads,
 and a thousand times what equilibria are solved to."""
+FARTHEST_SOUGHT = 1e3
+"""Norm of a scaled target beyond which the disk is brought toward another one of this norm in the same direction.  The
+point nearest to that one is, of what can be reached, the nearest to the target within a thousandth of the length; of
+distances much larger rounding leaves too little.  At 1e9 m the point found was 14 mm behind the nearest one."""
 FAR, COILED = 20.0, 3 * math.pi
 """Targets farther away than the first number of lengths of the manipulator are most likely in millimetres; angles
 beyond the second, in rad, and beyond `most_turned`, in degrees.  Choice."""
@@ -45,6 +49,17 @@ class Target:
     def scale(self) -> np.ndarray:
         """(3,) divisors of the errors in x, y and angle: the straight length, m, for x and y, and 1 rad."""
         return np.array([self.length, self.length, 1.0])
+
+    @property
+    def row(self) -> dict[str, float]:
+        """The coordinates by name, m and rad; NaN where free."""
+        return dict(zip(COORDINATES, self.wanted.tolist(), strict=True))
+
+    @property
+    def sought(self) -> "Target":
+        """The target that a search takes for this one: itself or, beyond `FARTHEST_SOUGHT`, one so near that way."""
+        far = np.linalg.norm((self.wanted / self.scale)[self.asked]) / FARTHEST_SOUGHT
+        return self if far <= 1 else replace(self, wanted=self.wanted / far)
 
     def place(self, states: Equilibria) -> np.ndarray:
         """(s, 3) x and y (m) and angle (rad) of the disk in each of `s` states."""
@@ -83,7 +98,6 @@ def targets_of(chain: Chain, disk: int | str, wanted: dict[str, float], path: pd
         problems.append(Problem(_place_of(path), f"a path and {', '.join(wanted)} exclude each other"))
     try:
         rows = target_rows(pd.DataFrame([wanted]) if path is None else path)
-        problems += [Problem("target" if path is None else _place_of(path), what) for what in out_of_reach(chain, rows)]
     except SpecError as error:
         problems += error.problems
     if problems:
@@ -92,8 +106,8 @@ def targets_of(chain: Chain, disk: int | str, wanted: dict[str, float], path: pd
 
 
 def out_of_reach(chain: Chain, rows: Sequence[Mapping[str, float]]) -> list[str]:
-    """What is wrong with targets that are far out of reach, most likely in another unit: a sentence for each coordinate
-    of which there is such a target."""
+    """What is said of targets that are far out of reach, most likely in another unit: words for each coordinate of
+    which there is such a target."""
     farthest = {
         name: max((row[name] for row in rows if np.isfinite(row.get(name, np.nan))), key=abs, default=0.0)
         for name in COORDINATES

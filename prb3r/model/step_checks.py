@@ -50,6 +50,14 @@ def column_names(manipulator: Manipulator) -> list[str]:
     return [*cables, "tip_x_n", "tip_y_n", *slips, *disks]
 
 
+def with_whole_names(manipulator: Manipulator, frame: pd.DataFrame) -> pd.DataFrame:
+    """A table of steps in which cables have their whole names: space at the end of a column's name, which is no part of
+    it in CSV, may be part of a cable's."""
+    known = set(column_names(manipulator))
+    cut = {name.strip(): name for name in known if name.strip() not in known}
+    return frame.rename(columns={name: cut[name] for name in frame.columns if name in cut})
+
+
 def cable_columns(manipulator: Manipulator, frame: Container[str]) -> list[str]:
     """The columns of a table of steps that hold tensions, in newtons or kilograms."""
     names = (f"cable_{name}_{unit}" for name in manipulator.cable_names for unit in ("n", "kg"))
@@ -209,10 +217,11 @@ def _load_problems(values: pd.Series, name: str, place: str) -> list[Problem]:
 def _pushing(manipulator: Manipulator, frame: pd.DataFrame, where: str) -> Iterator[Problem]:
     """A problem for each column with a tension farther below zero than `REST_NOISE` of the largest in the table."""
     names = cable_columns(manipulator, frame)
-    newtons = {name: _newtons(manipulator, name, numbers(frame[name])) for name in names}
+    read = {name: numbers(frame[name]) for name in names}
+    newtons = {name: _newtons(manipulator, name, column.mask(too_large(column))) for name, column in read.items()}
     largest = max((column.max() for column in newtons.values()), default=0.0)
     for name, column in newtons.items():
         if (pushes := _pushes(column, largest)).any():
-            lowest = numbers(frame[name])[column.idxmin()]
+            lowest = read[name][column.idxmin()]
             what = f"row {column.idxmin() + 1} is {lowest:g}: a cable cannot push; tensions are at least 0"
             yield Problem(f"{where} column {name}", what + others(pushes))

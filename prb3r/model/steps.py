@@ -13,7 +13,7 @@ from prb3r.mechanics.chain import Chain, Loads
 from prb3r.model.files.cells import blank_rows, numbers, with_keys
 from prb3r.model.files.table import read_table
 from prb3r.model.manipulator import Manipulator
-from prb3r.model.step_checks import TIME, step_problems
+from prb3r.model.step_checks import TIME, step_problems, with_whole_names
 
 HELD_N = 0.1
 """Least change of tension that counts for the rate of a cable, N, as creep or the control of a held tension causes it.
@@ -201,7 +201,7 @@ def load_steps(
         steps, where = read_table(steps), str(steps)
     elif isinstance(steps, Mapping):
         steps = _frame(steps, where)
-    steps = steps.reset_index(drop=True)
+    steps = with_whole_names(manipulator, steps).reset_index(drop=True)
     steps = steps[~blank_rows(steps)]
     if problems := step_problems(manipulator, steps, where):
         raise SpecError(*problems)

@@ -9,6 +9,7 @@ from datetime import UTC, datetime
 from html.parser import HTMLParser
 from pathlib import Path
 
+from prb3r.model.files.cells import count
 from prb3r.runs.provenance import read_manifest
 from prb3r.study.phrases import failures_in_words
 
@@ -42,7 +43,8 @@ def _study(folder: Path) -> Entry | None:
     if manifest is None or "title" not in study:
         return None
     counts = manifest.get("outcomes") or {}
-    plain = f"{manifest.get('cases', 0):,} cases, {failures_in_words(counts, 'of them ') or 'all in equilibrium'}."
+    cases = count(manifest.get("cases", 0), "case", ",")
+    plain = f"{cases}, {failures_in_words(counts, 'of them ') or 'all in equilibrium'}."
     names = ["decision", *(plot["name"] for plot in study.get("plot", [])), "rigs"]
     answer = _head(folder / "report.html").answer or plain
     date = _day(manifest.get("written", ""))
@@ -97,9 +99,8 @@ def _proof(folder: Path) -> Entry | None:
         return None
     scores: list[dict] = next(iter(known["scores"].values()), [])
     met = sum(bool(score.get("met")) for score in scores)
-    answer = (
-        f"{met} of {len(scores)} goals are met, over {known.get('recordings', 0):,} recordings with concealed effects."
-    )
+    recordings = count(known.get("recordings", 0), "recording", ",")
+    answer = f"{met} of {count(len(scores), 'goal')} are met, over {recordings} with concealed effects."
     date = _day(known.get("environment", {}).get("written", "")) or _written(folder / "proof.json")
     page = _first(folder, "report.html", "proof.md", "proof.json")
     asked = "Does the diagnosis find effects that are concealed from it?"

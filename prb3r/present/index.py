@@ -29,7 +29,9 @@ def write_index(folder: Path) -> tuple[Path, int]:
         If there is no such folder, or no result in it.
     """
     if not folder.is_dir():
-        raise SpecError(Problem(str(folder), "no such folder"))
+        raise SpecError(
+            Problem(str(folder), "is a file; give a folder of results" if folder.exists() else "no such folder")
+        )
     rooms = [
         (heading, sorted(_found(folder, mark, read), key=lambda e: e.sort_key)) for heading, mark, read in RESULT_KINDS
     ]

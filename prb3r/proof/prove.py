@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from prb3r.errors import Problem, SpecError, did_you_mean
+from prb3r.model.files.cells import count
 from prb3r.proof.concealed.composition import drawn_design, flavours, labels_of, requests
 from prb3r.proof.concealed.design import Design, LoadSteps
 from prb3r.proof.concealed.labels import Label
@@ -210,11 +211,11 @@ def stages_of(
 def concealed_recordings(cases: int, seed: int, stages: Stages, classes: Sequence[str] = ()) -> Concealed:
     """Draw designs and labels, seal the labels and make the recordings; the labels' hash is announced before these."""
     numbered = [(seed, k, flavour) for k, flavour in enumerate(flavours(cases, classes))]
-    stages.say(f"{len(numbered)} designs")
+    stages.say(count(len(numbered), "design"))
     designs = stages.results("designs", drawn_design, numbered)
     asked = requests(seed, cases, designs, classes)
     by_design = [(design, [request for request in asked if request.design == k]) for k, design in enumerate(designs)]
-    stages.say(f"{cases} labels; what can be told apart is computed with the rig")
+    stages.say(f"{count(cases, 'label')}; what can be told apart is computed with the rig")
     labels = [label for part in stages.results("labels", labels_of, by_design) for label in part]
     labels.sort(key=lambda label: label.case)
     seal = Seal(labels)

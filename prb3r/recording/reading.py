@@ -1,6 +1,5 @@
 """Reading the folder of a recording into a :class:`Recording`, or reporting all its problems at once."""
 
-import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -8,8 +7,9 @@ import pandas as pd
 
 from prb3r.errors import Problem, RecordingError, SpecError, did_you_mean
 from prb3r.model.files.cells import blank_rows, is_empty, rows_of
+from prb3r.model.files.kinds import wrong_kind
 from prb3r.model.files.table import TABLE_SUFFIXES, read_table
-from prb3r.model.files.toml import place_of, read_toml
+from prb3r.model.files.toml import place_of, read_toml, toml_contents
 from prb3r.model.manipulator import Manipulator, load_manipulator
 from prb3r.model.steps import loads_of
 from prb3r.recording import markers
@@ -43,8 +43,13 @@ def load_recording(path: str | Path) -> Recording:
     if not path.exists():
         raise RecordingError(Problem(str(path), "no such file or folder"))
     file = path / RECORDING_FILE if path.is_dir() else path
-    if file.suffix != ".toml":
+    if file.suffix.lower() != ".toml":
         raise RecordingError(Problem(str(path), f"not a recording; give its folder or its {RECORDING_FILE}"))
+    if path.is_dir() and not any(next(path.glob(name), None) for name in (RECORDING_FILE, "steps.*", "markers.*")):
+        what = f"holds no recording: that is a folder with {RECORDING_FILE}, and steps and markers as .csv or .parquet"
+        raise RecordingError(Problem(str(path), what))
+    if what := wrong_kind(toml_contents(file) or {}, "recording"):
+        raise RecordingError(Problem(str(file), what))
     findings = Findings()
     described = findings.tried(lambda: read_toml(file, RecordingFile))
     named = described.manipulator if described else _named_manipulator(file)
@@ -94,10 +99,7 @@ def _manipulator(file: Path, named: str) -> Manipulator:
 
 def _named_manipulator(file: Path) -> str | None:
     """The manipulator file that a recording file with problems names, as far as it can be read; None if it cannot."""
-    try:
-        named = tomllib.loads(file.read_text("utf-8-sig")).get("manipulator")
-    except (OSError, ValueError, RecursionError):
-        return None
+    named = (toml_contents(file) or {}).get("manipulator")
     return named if isinstance(named, str) and named else None
 
 
@@ -106,9 +108,13 @@ def _table(folder: Path, name: str, findings: Findings) -> tuple[str, pd.DataFra
 
     The table is None, and the file may be empty, where there are problems; these are added to `findings`.
     """
-    files = [folder / f"{name}{suffix}" for suffix in TABLE_SUFFIXES if (folder / f"{name}{suffix}").exists()]
+    files = [file for file in sorted(folder.glob(f"{name}.*")) if file.suffix.lower() in TABLE_SUFFIXES]
     if len(files) != 1:
-        what = f"both {name}.csv and {name}.parquet; keep one" if files else f"no {name}.csv or {name}.parquet"
+        what = (
+            f"both {' and '.join(file.name for file in files)}; keep one"
+            if files
+            else f"no {name}.csv or {name}.parquet"
+        )
         findings.problems.append(Problem(str(folder), what))
         return "", None
     frame = findings.tried(lambda: read_table(files[0]))

@@ -8,7 +8,7 @@ import pandas as pd
 from prb3r.errors import Problem
 from prb3r.model.files.cells import count, key_problems, named, numbers, rows_of, with_keys
 from prb3r.model.manipulator import Manipulator
-from prb3r.model.step_checks import cable_columns, ignored_slips, step_problems
+from prb3r.model.step_checks import cable_columns, ignored_slips, step_problems, with_whole_names
 from prb3r.recording.findings import Findings
 
 
@@ -18,6 +18,7 @@ def cleaned(raw: pd.DataFrame, manipulator: Manipulator | None, where: str, find
 
     Problems and remarks are added to `findings`; if there are problems, the loads of the table must not be used.
     """
+    raw = raw if manipulator is None else with_whole_names(manipulator, raw)
     name, repeated = Path(where).name, raw.duplicated()
     frame = raw[~repeated]
     problems = step_problems(manipulator, frame, where)

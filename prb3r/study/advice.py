@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from prb3r.model.files.cells import count
 from prb3r.study.decision import Decision
 from prb3r.study.phrases import (
     bound_in_words,
@@ -35,7 +36,7 @@ def recommendation(decision: Decision) -> str:
     able = sum(map(bool, decision.feasible))
     said = []
     if decision.requirements:
-        whole = f"{able} of {len(decision.designs)} designs keep{'s' * (able == 1)} every requirement"
+        whole = f"{able} of {count(len(decision.designs), 'design')} keep{'s' * (able == 1)} every requirement"
         said.append(f"{whole}; nearest to its bound, {tightest_in_words(decision, k)}")
     if decision.preferences:
         said += _ranked(decision, k)
@@ -123,8 +124,8 @@ def trades(decision: Decision) -> list[str]:
     if len(ranking) > MOST_TOLD:
         front = [k for k in ranking if decision.front[k]]
         said.append(
-            f"{len(front)} of the {len(ranking)} designs that keep every requirement are on the Pareto front; the "
-            "others can be dropped."
+            f"Of the {len(ranking)} designs that keep every requirement {len(front)} "
+            f"{'is' if len(front) == 1 else 'are'} on the Pareto front; the others can be dropped."
         )
         ranking = front[:MOST_TOLD]
     for k in ranking:

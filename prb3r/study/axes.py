@@ -1,13 +1,14 @@
 """The axes of a study's grid: one for each factor alone, each zip group, all searched and all sampled factors."""
 
 import itertools
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import scipy
 
+from prb3r.model.files.cells import count
 from prb3r.study.factors import Factor, Sampling
 from prb3r.study.rounding import significant
 from prb3r.study.spec import Study
@@ -34,7 +35,7 @@ def axes(study: Study, designs: np.ndarray | None = None) -> list[Axis]:
     Raises
     ------
     ValueError
-        If zipped factors differ in length.
+        If zipped factors differ in length, or a value stands twice.
     """
     grouped: dict[tuple[str, str], dict[str, list[Any]]] = {}
     for factor in study.factor:
@@ -45,16 +46,30 @@ def axes(study: Study, designs: np.ndarray | None = None) -> list[Axis]:
         before = len(next(iter(group.values()), values))
         if before != len(values):
             raise ValueError(
-                f"factors zipped as {factor.zip!r} need one length: {factor.name!r} has {len(values)} values, "
+                f"factors zipped as {factor.zip!r} need one length: {factor.name!r} has {count(len(values), 'value')}, "
                 f"those before it {before}"
             )
         group[factor.name] = values
+    for (how, name), group in grouped.items():
+        told = [row[0] if how == "alone" else row for row in zip(*group.values(), strict=True)]
+        if (twice := first_repeated(map(repr, told))) is not None:
+            raise ValueError(f"factor {name!r}: the value {twice} stands there twice; give each once")
     if study.searched:
         rows = first_designs(study) if designs is None else designs
         grouped["searched", ""] = _named(study.searched, rows)
     if study.sampled and study.sampling is not None:
         grouped["sampled", ""] = _named(study.sampled, sampled_points(study))  # the fastest, see `sample_count`
     return [Axis(values) for values in grouped.values()]
+
+
+def first_repeated(words: Iterable[str]) -> str | None:
+    """The first of the words that stood there before; None if each stands there once."""
+    seen: set[str] = set()
+    for word in words:
+        if word in seen:
+            return word
+        seen.add(word)
+    return None
 
 
 def _named(factors: list[Factor], rows: np.ndarray) -> dict[str, list[Any]]:

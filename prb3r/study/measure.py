@@ -5,6 +5,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from prb3r.mechanics.equilibrium import Equilibria, Outcome
+from prb3r.model.files.cells import count
 from prb3r.model.laws.self_consistent import NOT_CLOSED
 from prb3r.model.solve import disk_tension
 from prb3r.runs.states import Columns
@@ -81,7 +82,7 @@ def _reason(solved: Solved, case: int, failed: np.ndarray, unstable: np.ndarray)
     counts = [
         f"{mask.sum()} {word}" for mask, word in ((failed, "without equilibrium"), (unstable, "unstable")) if mask.any()
     ]
-    return f"of {len(failed)} loads {' and '.join(counts)}"
+    return f"of {count(len(failed), 'load')} {' and '.join(counts)}"
 
 
 def kept_states(numbers: np.ndarray, solved: Solved, chunk: Chunk, before: int = 0) -> Columns:

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from prb3r.errors import Problem, SpecError, did_you_mean
+from prb3r.inverse.reach import lag_problem
 from prb3r.inverse.target import out_of_reach, target_rows
 from prb3r.model.files.toml import place_of, read_toml
 from prb3r.model.files.toml_lines import Keys, dotted
@@ -222,6 +223,8 @@ def _reach_problems(settings: Tree, manipulator: Manipulator) -> Iterator[str]:
         yield "reach: no cable is left to pull"
     if settings["reach"]["least"] == "stress" and np.isnan(manipulator.outer_fibre).all():
         yield "reach: least = 'stress' needs thickness_m or outer_fibre_m of a segment"
+    if lags := lag_problem(manipulator.chain()):
+        yield f"reach: {lags}"
     if reach and not wrong:
         yield from (f"reach: {what}" for what in out_of_reach(manipulator.chain(), settings["reach"]["target"]))
 

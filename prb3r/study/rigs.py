@@ -15,6 +15,7 @@ import numpy as np
 import pandas as pd
 import scipy
 
+from prb3r.model.files.cells import count
 from prb3r.quantities import Quantity
 from prb3r.runs.store import arrow_table, write_arrow
 from prb3r.study.axes import sample_count
@@ -206,7 +207,7 @@ def share_sentences(rigs: Rigs) -> list[str]:
         return []
     together = rigs.shares[rigs.shares["requirement"] == ALL_REQUIREMENTS]
     return [
-        f"{share_in_words(row)} of {row['rigs']:,} rigs of {row['design']} keep every requirement"
+        f"{share_in_words(row)} of {count(row['rigs'], 'rig', ',')} of {row['design']} keep every requirement"
         for row in together.to_dict("records")
     ]
 

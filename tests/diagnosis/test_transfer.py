@@ -121,7 +121,7 @@ def test_friction_carries_over_and_what_sits_somewhere_does_not(library):
                 name for name, _ in hypothesis.place if name not in ("law", "side", "tension_n", "reference_n_per_s")
             ]
             carried.add(hypothesis.kind)
-    rules = {"cable_friction", "pulley_friction", "slip_history", "edge_wrap", "tip_load_friction"}
+    rules = {"cable_friction", "pulley_friction", "slip_history", "edge_wrap"}
     rules |= {"load_dependent_friction", "wrap_saturation", "rate_dependent_friction", "breakaway_friction"}
     parts = {"clamp_compliance", "disk_contact", "hole_clearance", "cable_bending"}
     laws = {"nonlinear_plate", "hysteretic_plate", "superelastic_plate", "flag_hysteresis"}
@@ -156,6 +156,79 @@ def test_disks_with_twice_the_gap_touch_at_twice_the_bend():
     assert transfer(touching, mixed, mixed) == touching
     for first, other in ((here, mixed), (mixed, here)):
         assert "gaps between disks, and these differ" in transfer(touching, first, other)
+
+
+def scaled(manipulator, size):
+    """The manipulator with all its lengths `size` times as large."""
+    plain = manipulator.model_dump(exclude_none=True)
+    lengths = ("length_m", "clamp_m", "width_m", "thickness_m", "offset_m")
+    for part in (plain["disk"], *plain["segment"], *plain["cable"]):
+        part |= {name: size * value for name, value in part.items() if name in lengths}
+    return Manipulator.model_validate(plain)
+
+
+@pytest.mark.parametrize("side", [{}, {"side": "positive"}])
+def test_notches_of_an_arm_of_the_same_shape_close_alike(side):
+    """All lengths doubled, four times the tension: stresses are the same, and so are all angles."""
+    here = recorded(Case(hidden=())).manipulator
+    closing = EFFECT_KINDS["notch_closing"](kind="notch_closing", factor=0.1, stiffness_n_m_per_rad=9.0, **side)
+    there = scaled(here, 2.0)
+    ((moved,), _) = carried_effects([closing], here, there)
+    pull = {"sequence": ["a"], "step": [1], "cable_1_n": [90.0]}
+    small = prb3r.solve(adjusted(here, Constants(), [closing]), pull)
+    large = prb3r.solve(adjusted(there, Constants(), [moved]), pull | {"cable_1_n": [360.0]})
+    free = prb3r.solve(here, pull)
+    assert large["angle_rad"].tolist() == pytest.approx(small["angle_rad"].tolist(), rel=1e-9, abs=1e-9)
+    assert small["angle_rad"].iloc[-1] < 0.9 * free["angle_rad"].iloc[-1]
+    ((longer,), _) = carried_effects([closing], here, other_design(1.0))
+    assert longer.stiffness_n_m_per_rad == pytest.approx(9.0)
+
+
+@pytest.mark.parametrize("effect", [{"kind": "tip_load_friction"}, {"kind": "weight_friction"}])
+def test_the_pulley_over_which_a_load_hangs_stays_with_its_bench(effect):
+    """The load of another design is what it carries: what a bench loses on the way is nothing of the arm."""
+    here, lossy = recorded(Case(hidden=())).manipulator, EFFECT_KINDS[effect["kind"]](**effect, efficiency=0.7)
+    carried, (said,) = carried_effects([lossy], here, other_design())
+    assert carried == ()
+    assert "belongs to the set-up" in said
+    assert carried_effects([lossy], here, here)[0] == (lossy,)
+
+
+ROUNDED = 1 + 4e-4
+"""What rounding to four digits may make of a number."""
+
+
+@pytest.mark.parametrize(
+    "effect",
+    [
+        {"kind": "clamp_compliance", "compliance_rad_per_n_m": 0.01},
+        {"kind": "hole_clearance", "clearance_m": 1e-3},
+        {"kind": "umbilical", "stiffness_n_m_per_rad": 1.0},
+        {"kind": "disk_contact", "angle_rad": 0.1, "stiffness_n_m_per_rad": 9.0},
+        {"kind": "nonlinear_plate", "law": "bilinear", "knee_per_m": 2.0, "ratio": 0.4},
+    ],
+)
+def test_parts_that_files_only_round_differently_are_the_same(effect):
+    """Of another arm, with one cable fewer, whose clamps, disks, lengths and sections are written with fewer digits."""
+    here, known = recorded(Case(hidden=())).manipulator, EFFECT_KINDS[effect["kind"]].model_validate(effect)
+    plain = scaled(here, ROUNDED).model_dump(exclude_none=True)
+    there = Manipulator.model_validate(plain | {"cable": plain["cable"][1:]})
+    assert carried_effects([known], here, there) == ((known,), ())
+
+
+def test_turns_counted_at_edges_by_an_effect_of_the_file_count_too():
+    plain, found = recorded(Case(hidden=())).manipulator, Constants(log_friction=0.2)
+    stated = {"effect": [{"kind": "edge_wrap"}]}
+    here, there = (
+        Manipulator.model_validate(rig.model_dump(exclude_none=True) | stated) for rig in (plain, other_design())
+    )
+    (said,) = constants_left_behind(plain, there, [])
+    assert said == 'the friction coefficient found, which goes with wrap = "net": the design keeps its own'
+    (said,) = constants_left_behind(here, other_design(), [])
+    assert said == 'the friction coefficient found, which goes with wrap = "edges": the design keeps its own'
+    for edges in (there, other_design().replace("friction.wrap", "edges")):
+        assert carried_constants(found, here, edges).log_friction == pytest.approx(0.2)
+        assert constants_left_behind(here, edges, []) == ()
 
 
 def test_clamps_of_plates_that_are_known_by_their_stiffness_alone_are_told_by_their_length():

@@ -186,10 +186,25 @@ def test_questions_that_make_no_sense(asked, message):
         prb3r.reach(FREE, **asked)
 
 
-def test_a_target_in_millimetres_is_refused():
+@pytest.mark.parametrize("far", [1.0, 1e9])
+def test_the_nearest_to_a_place_far_away_is_the_farthest_that_way(far):
+    """However far the place is: of 4,000 pulls none leads farther toward it."""
+    way = np.array([0.8, 0.6])
+    answer = prb3r.reach(FREE, x_m=0.8 * far, y_m=0.6 * far)
+    tension = np.maximum(np.random.default_rng(1).uniform(-1, 1, (4_000, 4)), 0) * natural_limits(FREE.chain())
+    tips = bent(FREE, tension)[:, -1, :2]
+    place = answer.table.loc[0, ["x_m", "y_m"]].to_numpy(float)
+    distance = np.hypot(*(tips - far * way).T) if far == 1 else -tips @ way
+    assert (np.hypot(*(place - far * way)) if far == 1 else -place @ way) <= np.nanmin(distance)
+    assert not answer.reached
+    assert answer.table["distance_m"][0] == pytest.approx(np.hypot(*(place - far * way)), rel=1e-12)
+
+
+def test_a_target_in_millimetres_is_not_reached_and_the_note_says_why():
     file = prb3r.load_manipulator("studies/manipulators/two-segment.toml")
-    with pytest.raises(SpecError, match=r"y_m = 80 m is far beyond .* 80 mm is 0\.08"):
-        prb3r.reach(file, x_m=0.2, y_m=80)
+    note = prb3r.reach(file, x_m=0.2, y_m=80).table["note"][0]
+    assert "y_m = 80 m is far beyond" in note
+    assert "80 mm is 0.08" in note
 
 
 def test_a_long_thin_manipulator_coils_up_as_far_as_it_is_asked_to():
@@ -212,8 +227,9 @@ def test_a_long_thin_manipulator_coils_up_as_far_as_it_is_asked_to():
     half, radius = 11.0 / plates / 2, arc * plates / 11.0
     lever = arm * np.cos(half) + clamp * np.sin(half) + radius * (np.sin(half) / half - np.cos(half))
     assert answer.steps["cable_1_n"][0] == pytest.approx(stiffness / radius / lever, rel=1e-3)
-    with pytest.raises(SpecError, match="angle_rad = 270 rad is 43 turns"):
-        prb3r.reach(thin, angle_rad=270.0)
+    turned = prb3r.reach(thin, angle_rad=270.0, most_n=2.0)
+    assert "angle_rad = 270 rad is 43 turns" in turned.table["note"][0]
+    assert turned.steps["cable_1_n"][0] == pytest.approx(2.0)
 
 
 def test_cables_whose_tension_lags_are_not_asked_for():

@@ -16,7 +16,7 @@ from prb3r.proof.concealed.camera import truth
 from prb3r.proof.concealed.composition import counts, flavours, requests
 from prb3r.proof.concealed.design import Flavour, followed, largest_bend
 from prb3r.proof.concealed.designs import design_of
-from prb3r.proof.concealed.elsewhere import OTHER_DESIGN, OTHER_LOADS, carried, target_states
+from prb3r.proof.concealed.elsewhere import OTHER_DESIGN, OTHER_LOADS, built_there, carried, target_states
 from prb3r.proof.concealed.folder import recorded_tables, recording_from_folder
 from prb3r.proof.concealed.labels import Label, Request
 from prb3r.proof.concealed.real import REAL_CLASSES, build_of, real_label, several_effects
@@ -125,11 +125,30 @@ def test_distances_grow_with_the_square_of_a_small_effect(design):
 def test_a_rig_keeps_its_equilibria_wherever_it_is_asked(design, label):
     assert {target["name"] for target in label.targets} == {OTHER_LOADS, OTHER_DESIGN}
     for target in label.targets:
-        states = target_states(design, target, label.effects, label.constants, build_of(label))
+        states = target_states(design, target, label.effects, label.constants, built_there(target, build_of(label)))
         assert largest_bend(states) < SETTINGS.real.largest_bend_rad
     other = next(target["manipulator"] for target in label.targets if target["name"] == OTHER_DESIGN)
     assert [s["thickness_m"] for s in other["segment"]] != [s["thickness_m"] for s in design.manipulator["segment"]]
     assert len(label.worth) == len(label.effects) == len(label.apart)
+
+
+def test_another_design_is_made_within_tolerances_and_judged_as_such_by_bands_alone(design, label):
+    """Bands around the rig as it was made hold it, and bands as narrow around the drawn one do not; errors count from
+    the drawn one, since nobody can know how a rig will come out."""
+    target = next(target for target in label.targets if target["name"] == OTHER_DESIGN)
+    build, asked = built_there(target, build_of(label)), (design, target, label.effects, label.constants)
+    assert 0 < np.abs(build.thickness).max() <= SETTINGS.real.geometry
+    assert len(build.thickness) == sum(segment["plates"] for segment in target["manipulator"]["segment"])
+    made, drawn = (
+        np.stack([np.concatenate([getattr(s, f) for s in states]) for f in ("x", "y", "angle")], -1)
+        for states in (target_states(*asked, build), target_states(*asked, None))
+    )
+    away = np.abs(made - drawn)[:, -1].max() / 10
+    for centre, covered in ((made, 1.0), (drawn, 0.5)):
+        forecast = Forecast(OTHER_DESIGN, drawn + 0.01, drawn, centre - away, centre + away)
+        (missed,) = miss_of(design, label, Verdict(0, "diagnose", "explained", elsewhere=(forecast,)))
+        assert missed.removed == pytest.approx(1.0)
+        assert missed.covered == 1.0 if covered == 1.0 else missed.covered < 0.9
 
 
 def test_faults_of_parts_stay_and_ways_of_building_go_along(design):

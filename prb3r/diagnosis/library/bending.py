@@ -8,6 +8,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from prb3r.diagnosis.library.alike import same_parts
 from prb3r.diagnosis.library.hypothesis import Free
 from prb3r.diagnosis.library.scope import Place, Scope
 from prb3r.diagnosis.library.suspect import Occurrence, effect_in_words
@@ -94,7 +95,7 @@ def as_strain(effect: Effect, here: Manipulator, there: Manipulator) -> Effect |
     """
     assert isinstance(effect, NonlinearPlate)
     of_plate_1 = effect.sections is not None  # which may be another section there
-    if _sections(here) == _sections(there) and not of_plate_1:
+    if same_parts(_sections(here), _sections(there)) and not of_plate_1:
         return effect
     fibre, other = here.outer_fibre, there.outer_fibre
     if np.isnan(fibre).all() and np.isnan(other).all():
@@ -125,10 +126,10 @@ def _at_curvatures(effect: NonlinearPlate, size: float) -> NonlinearPlate:
     return effect.model_copy(update={"knee_per_m": (effect.knee_per_m or np.inf) / size})
 
 
-def _sections(manipulator: Manipulator) -> set[tuple[float | None, ...]]:
-    """The distinct sections of all segments: width, thickness, bending stiffness and outer fibre as stated, SI."""
+def _sections(manipulator: Manipulator) -> list[tuple[float | None, ...]]:
+    """The sections of all segments: width, thickness, bending stiffness and outer fibre as stated, SI."""
     names = "width_m", "thickness_m", "bending_stiffness_n_m2", "outer_fibre_m"
-    return {tuple(getattr(segment, name) for name in names) for segment in manipulator.segment}
+    return [tuple(getattr(segment, name) for name in names) for segment in manipulator.segment]
 
 
 def loop_free(scope: Scope, place: Place) -> tuple[Free, ...]:
@@ -162,7 +163,7 @@ def loops_as_strain(effect: Effect, here: Manipulator, there: Manipulator) -> Ef
     """The effect of `here` on the manipulator `there`, or the reason why it cannot be carried over: unchanged between
     equal sections, else at the same strain of the outermost fibre (mean distance over the plates)."""
     assert isinstance(effect, HystereticPlate)
-    if _sections(here) == _sections(there):
+    if same_parts(_sections(here), _sections(there)):
         return effect
     fibre, other = here.outer_fibre, there.outer_fibre
     if not np.isfinite(other).all() or (effect.yield_strain is None and not np.isfinite(fibre).all()):

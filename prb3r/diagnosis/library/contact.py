@@ -1,16 +1,17 @@
 """Contact between disks (`disk_contact`) and between the edges of notches (`notch_closing`) as suspects: their places,
-free parameters with bounds, starting values, sentences, and how contact of disks is carried over."""
+free parameters with bounds, starting values, sentences, and how they are carried over."""
 
 from collections.abc import Iterator
 
 import numpy as np
 
+from prb3r.diagnosis.library.alike import same_parts
 from prb3r.diagnosis.library.bending import toward
 from prb3r.diagnosis.library.hypothesis import Free
 from prb3r.diagnosis.library.scope import Place, Scope, whole_rig_if
 from prb3r.diagnosis.library.suspect import Occurrence, effect_in_words
-from prb3r.model.effects.base import SIDES, Effect
-from prb3r.model.effects.plates import DiskContact, closing_angles
+from prb3r.model.effects.base import SIDE_COLUMN, SIDES, Effect
+from prb3r.model.effects.plates import DiskContact, NotchClosing, closing_angles, closing_heights
 from prb3r.model.manipulator import Manipulator
 
 
@@ -82,10 +83,22 @@ def contact_elsewhere(effect: Effect, here: Manipulator, there: Manipulator) -> 
     """The transfer of `disk_contact`: disks as large as those of this rig touch at a bend in proportion to the gap
     between them, the length of a plate.  Where the plates of one arm alone differ in length, it is left behind."""
     assert isinstance(effect, DiskContact)
-    first, other = ({segment.length_m for segment in rig.segment} for rig in (here, there))
-    if first == other:
+    first, other = ([[segment.length_m] for segment in rig.segment] for rig in (here, there))
+    if same_parts(first, other):
         return effect
-    if len(first) > 1 or len(other) > 1:
+    if not all(same_parts(lengths, lengths[:1]) for lengths in (first, other)):
         return f"{effect_in_words(effect)}, which belongs to the gaps between disks, and these differ"
-    wider = other.pop() / first.pop()
+    wider = other[0][0] / first[0][0]
     return effect.model_copy(update={"angle_rad": wider * effect.angle_rad})
+
+
+def closing_elsewhere(effect: Effect, here: Manipulator, there: Manipulator) -> Effect | str:
+    """The transfer of `notch_closing`: edges of the same material that touch are as stiff as the cube of the height at
+    which they do, so that arms of one shape bend alike whatever their size."""
+    assert isinstance(effect, NotchClosing)
+    heights = [closing_heights(rig)[:, SIDE_COLUMN[effect.side]] for rig in (here, there)]
+    if not all(np.any(known > 0) for known in heights):
+        return effect  # without cables on its side no notch closes
+    height, other = (np.mean(known[known > 0]) for known in heights)
+    stiffness = effect.stiffness_n_m_per_rad * (other / height) ** 3
+    return effect.model_copy(update={"stiffness_n_m_per_rad": float(stiffness)})

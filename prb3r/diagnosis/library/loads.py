@@ -7,10 +7,7 @@ import numpy as np
 
 from prb3r.diagnosis.library.hypothesis import Free
 from prb3r.diagnosis.library.scope import Place, Scope, whole_rig_if
-from prb3r.diagnosis.library.suspect import OF_THE_SETUP, Occurrence, Suspect, as_it_is, rare, with_the_same
-
-LENGTH_DIGITS = 6
-"""Decimals of metres to which two arms are as long: a micrometre is beyond any workshop and above rounding."""
+from prb3r.diagnosis.library.suspect import OF_THE_SETUP, Occurrence, Suspect, rare, with_the_same
 
 
 def _gravity(scope: Scope, place: Place) -> tuple[Free, ...]:
@@ -79,7 +76,7 @@ LOAD_SUSPECTS = (
         sentence=lambda fitted: (
             f"A tube or bundle of wires through the middle turns the tip back with {fitted.size} N m/rad."
         ),
-        transfer=with_the_same("lengths", lambda manipulator: round(manipulator.chain().length, LENGTH_DIGITS)),
+        transfer=with_the_same("lengths", lambda manipulator: manipulator.chain().length),
         free=_tube,
         presence=rare,
     ),
@@ -88,7 +85,7 @@ LOAD_SUSPECTS = (
         sentence=lambda fitted: (
             f"Of the recorded tip load only {fitted.size.times(100)} % arrives: friction in its guide or pulley."
         ),
-        transfer=as_it_is,
+        transfer=OF_THE_SETUP,
         places=lambda scope: whole_rig_if(bool(scope.recording.loads.tip.any())),
         free=_share,
     ),

@@ -5,6 +5,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from prb3r.diagnosis.library.alike import same_parts
 from prb3r.diagnosis.library.bending import (
     as_strain,
     law_free,
@@ -17,6 +18,7 @@ from prb3r.diagnosis.library.bending import (
     said_of_loops,
 )
 from prb3r.diagnosis.library.contact import (
+    closing_elsewhere,
     closing_free,
     closing_places,
     closing_probes,
@@ -95,9 +97,11 @@ def _with_the_same_clamps(effect: Effect, here: Manipulator, there: Manipulator)
     reason why it is left behind."""
     wide = all(segment.width_m is not None for rig in (here, there) for segment in rig.segment)
     known, other = (
-        {(segment.clamp_m, segment.width_m if wide else None) for segment in rig.segment} for rig in (here, there)
+        [(segment.clamp_m, segment.width_m if wide else None) for segment in rig.segment] for rig in (here, there)
     )
-    return effect if known == other else f"{effect_in_words(effect)}, which belongs to the clamps, and these differ"
+    if same_parts(known, other):
+        return effect
+    return f"{effect_in_words(effect)}, which belongs to the clamps, and these differ"
 
 
 def _hinge(scope: Scope, place: Place) -> tuple[Free, ...]:
@@ -188,7 +192,7 @@ PLATE_SUSPECTS = (
     Suspect(
         "notch_closing",
         said_of_closing,
-        as_it_is,
+        closing_elsewhere,
         places=closing_places,
         free=closing_free,
         probes=closing_probes,

@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Literal, NamedTuple
 
+from prb3r.diagnosis.library.alike import same_parts
 from prb3r.diagnosis.library.hypothesis import Free, Hypothesis
 from prb3r.diagnosis.library.scope import Place, Scope, structure, whole_rig
 from prb3r.diagnosis.settings import Settings
@@ -123,12 +124,12 @@ def as_it_is(effect: Effect, here: Manipulator, there: Manipulator) -> Effect | 
     return effect
 
 
-def with_the_same(parts: str, of: Callable[[Manipulator], object]) -> Transfer:
+def with_the_same(parts: str, of: Callable[[Manipulator], float]) -> Transfer:
     """The transfer of an effect that is carried over unchanged where certain `parts` are the same: where `of` returns
-    equal values for both manipulators."""
+    numbers for both manipulators that are alike."""
 
     def transfer(effect: Effect, here: Manipulator, there: Manipulator) -> Effect | str:
-        if of(here) == of(there):
+        if same_parts([[of(here)]], [[of(there)]]):
             return effect
         return f"{effect_in_words(effect)}, which belongs to the {parts}, and these differ"
 

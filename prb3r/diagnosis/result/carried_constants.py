@@ -62,13 +62,18 @@ def constants_left_behind(here: Manipulator, there: Manipulator, effects: Iterab
     if there.friction.coefficient == 0:
         return ("friction, of which the design states none",)
     if not turns_alike(here, there, effects):
-        return (
-            f'the friction coefficient found, which goes with wrap = "{here.friction.wrap}": the design keeps its own',
-        )
+        return (f'the friction coefficient found, which goes with wrap = "{wrap_of(here)}": the design keeps its own',)
     return ()
 
 
 def turns_alike(here: Manipulator, there: Manipulator, effects: Iterable[Effect]) -> bool:
     """Whether friction counts the same turns of a cable on both manipulators, if `effects` are carried over from the
     first to the second: net or at both edges of a hole."""
-    return here.friction.wrap == there.friction.wrap or any(isinstance(effect, EdgeWrap) for effect in effects)
+    effects = tuple(effects)
+    return wrap_of(here, effects) == wrap_of(there, effects)
+
+
+def wrap_of(manipulator: Manipulator, more: Iterable[Effect] = ()) -> str:
+    """How a manipulator with `more` effects beside its own counts the turns of a cable, as `friction.wrap` has it."""
+    at_edges = any(isinstance(effect, EdgeWrap) for effect in (*manipulator.effect, *more))
+    return "edges" if at_edges else manipulator.friction.wrap

@@ -38,6 +38,8 @@ PREDICTED = ("x_m", "y_m", "angle_rad")
 """Coordinates that are predicted for every disk."""
 STANDING = ("converged", "detour")
 """Outcomes of a solve that are equilibria at which an arm stays."""
+WHAT_TO_GIVE = "give the folder that prb3r diagnose wrote, or its diagnosis.json"
+"""What messages ask for in the place of a diagnosis."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,13 +144,13 @@ def read_posterior(diagnosis: str | Path | Diagnosis) -> tuple[Posterior, str]:
         if several:
             reason = f"no such file, but folders of several diagnoses: give that of one, {' or '.join(several)}"
             raise SpecError(Problem(str(path), reason)) from None
-        reason = "no such file; give the folder that prb3r diagnose wrote, or its diagnosis.json"
+        reason = f"no such file; {WHAT_TO_GIVE}"
     except OSError as error:
         reason = f"cannot be read: {str(error.strerror).lower()}"
     except UnicodeDecodeError:
         reason = "is not UTF-8 text"
     except json.JSONDecodeError as error:
-        reason = f"line {error.lineno}: not valid JSON: {error.msg}"
+        reason = f"line {error.lineno}: not valid JSON: {error.msg}; {WHAT_TO_GIVE}"
     except (KeyError, TypeError):
         reason = "holds no posterior: diagnose the recording again with this version"
     except ValidationError as error:

@@ -12,6 +12,7 @@ from prb3r.diagnosis.result.effects import FittedLaw, NamedEffect, RivalEffect, 
 from prb3r.diagnosis.result.statements import IN_WORDS
 from prb3r.diagnosis.search.experiment import Experiment
 from prb3r.markdown import few
+from prb3r.model.files.cells import count
 
 SCHEMA = 2
 """Version of the layout of `diagnosis.json`, for programs that read it."""
@@ -88,7 +89,7 @@ def summary_lines(diagnosis: Diagnosis) -> list[str]:
         calibrated, explained, noise = (f"{factor * error:.3g}" for error in errors)
         where, before = few(held.sequences) if held else "", f"{calibrated} -> " if diagnosis.effects else ""
         error = f"held out ({where}): error {before}{explained} {unit}, noise {noise} {unit}"
-        lines.append(error + (f"; {held.lost} readings not predicted" if held and held.lost else ""))
+        lines.append(error + (f"; {count(held.lost, 'reading')} not predicted" if held and held.lost else ""))
     lines += [f"note: {remark}" for remark in diagnosis.remarks]
     if held is None:
         lines.append("not confirmed on held-out data")

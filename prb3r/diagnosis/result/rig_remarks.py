@@ -15,6 +15,7 @@ from prb3r.diagnosis.evidence.outliers import Doubts, NotedWeight
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.fit.tolerance import EstimatedTolerances
 from prb3r.diagnosis.settings import Settings
+from prb3r.model.files.cells import count
 from prb3r.model.manipulator import Manipulator
 from prb3r.recording.recording import Recording
 
@@ -39,7 +40,7 @@ def scattered(repeated: Scatter | None) -> list[str]:
         return []
     taken = "more than chance allows" if repeated.beyond_chance else "which chance allows"
     often = f"{repeated.factor:.2g} times as much as stated"
-    return [f"what was pulled again ({repeated.steps} steps) scatters {often}, {taken}"]
+    return [f"what was pulled again ({count(repeated.steps, 'step')}) scatters {often}, {taken}"]
 
 
 def noisy(estimate: EstimatedLevel, settings: Settings) -> list[str]:

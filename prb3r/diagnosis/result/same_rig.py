@@ -4,11 +4,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from prb3r.diagnosis.library.alike import same_numbers
 from prb3r.model.manipulator import Manipulator
-
-ROUNDED_APART = 1e-3
-"""Relative difference up to which two numbers are one that files round differently: rounding to four digits leaves half
-of it, and rigs are made no more exactly than to 0.5 %."""
 
 
 def same_geometry(first: Manipulator, other: Manipulator) -> bool:
@@ -21,7 +18,7 @@ def same_geometry(first: Manipulator, other: Manipulator) -> bool:
     if first.segment_ends != other.segment_ends or set(first.cable_names) != set(other.cable_names):
         return False
     lengths = zip(_lengths(first), _lengths(other), strict=True)
-    return all(_alike(*pair) for pair in lengths) and _same_mass(first, other) and _same_sections(first, other)
+    return all(same_numbers(*pair) for pair in lengths) and _same_mass(first, other) and _same_sections(first, other)
 
 
 def stiffness_ratio(first: Manipulator, other: Manipulator) -> float:
@@ -43,7 +40,7 @@ def _lengths(manipulator: Manipulator) -> Iterator[np.ndarray]:
 def _same_mass(first: Manipulator, other: Manipulator) -> bool:
     """Whether disks have the same mass, as far as both files state one."""
     masses = first.disk.mass_kg, other.disk.mass_kg
-    return not all(masses) or _alike(*map(np.array, masses))
+    return not all(masses) or same_numbers(*map(np.array, masses))
 
 
 def _same_sections(first: Manipulator, other: Manipulator) -> bool:
@@ -55,14 +52,9 @@ def _same_sections(first: Manipulator, other: Manipulator) -> bool:
     """
     fibres = np.stack([first.outer_fibre, other.outer_fibre])
     known = np.isfinite(fibres).all(0)
-    if not _alike(*fibres[:, known]):
+    if not same_numbers(*fibres[:, known]):
         return False
     stiffness = first.bending_stiffness, other.bending_stiffness
     moments = [rig.bending_stiffness / rig.youngs_modulus_pa for rig in (first, other)]
     stated = any(segment.bending_stiffness_n_m2 is not None for rig in (first, other) for segment in rig.segment)
-    return _alike(*moments) or (stated and _alike(*stiffness))
-
-
-def _alike(first: np.ndarray, other: np.ndarray) -> bool:
-    """Whether two arrays of one shape hold the same numbers but for rounding, and NaN at the same places."""
-    return np.allclose(first, other, rtol=ROUNDED_APART, atol=0.0, equal_nan=True)
+    return same_numbers(*moments) or (stated and same_numbers(*stiffness))

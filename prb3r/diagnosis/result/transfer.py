@@ -19,6 +19,7 @@ from prb3r.diagnosis.fit.least_squares import fit
 from prb3r.diagnosis.fit.model import Model
 from prb3r.diagnosis.fit.prediction import Predictor, predictor
 from prb3r.diagnosis.library import SUSPECTS
+from prb3r.diagnosis.library.alike import same_numbers
 from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.diagnosis.library.suspect import effect_in_words
 from prb3r.diagnosis.result.carried_constants import (
@@ -27,12 +28,13 @@ from prb3r.diagnosis.result.carried_constants import (
     mean_stiffness,
     plate_scatter,
     turns_alike,
+    wrap_of,
 )
 from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.diagnosis.result.effects import NamedEffect
 from prb3r.diagnosis.result.numbers import FittedModel
 from prb3r.diagnosis.result.posterior import Drawn, averaged
-from prb3r.diagnosis.result.same_rig import ROUNDED_APART, same_geometry
+from prb3r.diagnosis.result.same_rig import same_geometry
 from prb3r.diagnosis.settings import Settings
 from prb3r.model.effects.base import Effect
 from prb3r.model.effects.friction import CableFriction, WornHole
@@ -143,7 +145,7 @@ def _possible(
         if isinstance(moves, str):
             left.append(moves)
         elif isinstance(found, CableFriction | WornHole) and not alike:
-            left.append(f'{effect_in_words(found)}, which goes with wrap = "{here.friction.wrap}"')
+            left.append(f'{effect_in_words(found)}, which goes with wrap = "{wrap_of(here)}"')
         elif any(_in_place_of_one(moves, effect) for effect in stated):
             left.append(f"{effect_in_words(found)}, of which this design's file states its own")
         elif problems := tuple(moves.problems(there)):
@@ -186,7 +188,7 @@ def _equal(first: Effect, other: Effect) -> bool:
     """Whether two effects are the same but for rounding."""
     one, two = (effect.model_dump(exclude_none=True) for effect in (first, other))
     return one.keys() == two.keys() and all(
-        np.isclose(value, two[name], rtol=ROUNDED_APART, atol=0.0) if isinstance(value, float) else value == two[name]
+        same_numbers(value, two[name]) if isinstance(value, float) else value == two[name]
         for name, value in one.items()
     )
 

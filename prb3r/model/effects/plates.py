@@ -198,9 +198,15 @@ def closing_angles(arc: np.ndarray, manipulator: Host) -> np.ndarray:
     is closed where the fibre at the height of cable and outer fibre together has lost its length.  Infinite toward a
     side without cables.
     """
+    height = closing_heights(manipulator)
+    return np.divide(arc[:, None], height, out=np.full(height.shape, np.inf), where=height > 0)
+
+
+def closing_heights(manipulator: Host) -> np.ndarray:
+    """(n, 2) distance from the neutral axis at which the edges of notches meet toward the negative and the positive
+    side, m: cable arm and outer fibre together, or 0 toward a side without cables."""
     arm = np.stack([manipulator.cable_arm(side) for side in (-1, 1)], axis=1)
-    height = arm + np.nan_to_num(manipulator.outer_fibre)[:, None]
-    return np.divide(arc[:, None], height, out=np.full(arm.shape, np.inf), where=arm > 0)
+    return np.where(arm > 0, arm + np.nan_to_num(manipulator.outer_fibre)[:, None], 0.0)
 
 
 class ClampCompliance(Effect):

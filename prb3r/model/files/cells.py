@@ -136,9 +136,9 @@ def ranges(values: Iterable[int], most: int = 6) -> str:
     return ", ".join(texts) + (f" and {left} more" if left else "")
 
 
-def count(number: int, what: str) -> str:
-    """A number with its noun, in the plural where it needs one: `1 row`, `3 rows`."""
-    return f"{number} {what}{'s' * (number != 1)}"
+def count(number: int, what: str, form: str = "") -> str:
+    """A number, in a format, with its noun, in the plural where it needs one: `1 row`, `3 rows`."""
+    return f"{number:{form}} {what}{'s' * (number != 1)}"
 
 
 def named(what: str, names: Collection[str]) -> str:

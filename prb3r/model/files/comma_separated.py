@@ -7,6 +7,7 @@ import warnings
 from collections.abc import Iterator, Sequence
 from typing import Any
 
+import numpy as np
 import pandas as pd
 
 from prb3r.errors import Problem, SpecError
@@ -78,7 +79,7 @@ def _parsed(text: str, names: Sequence[str]) -> pd.DataFrame:
     with warnings.catch_warnings():
         warnings.simplefilter("error", pd.errors.ParserWarning)  # pandas would cut rows that are too long
         frame = pd.read_csv(
-            io.StringIO(text, newline=""),
+            io.BytesIO(text.encode()),
             header=None,
             names=range(len(names)),
             skiprows=1,
@@ -91,9 +92,9 @@ def _parsed(text: str, names: Sequence[str]) -> pd.DataFrame:
             low_memory=False,
         )
     for k in frame.select_dtypes(["object", "string"]):
-        frame[k] = frame[k].astype(object).map(_meant)
-        if k not in texts:
-            frame[k] = frame[k].mask(frame[k].isin(EMPTY))
+        number, distinct = pd.factorize(frame[k])  # -1 for an empty cell; few names stand in many rows
+        meant = [cell if k in texts or cell not in EMPTY else np.nan for cell in map(_meant, distinct)]
+        frame[k] = np.array([*meant, np.nan], object)[number]
     return frame.set_axis(list(names), axis=1)
 
 

@@ -3,6 +3,9 @@
 import stat
 from pathlib import Path
 
+TABLE_SUFFIXES = (".csv", ".parquet")
+"""Suffixes of tables, in small letters; files may have them in capitals."""
+
 
 def refusal_of_place(path: Path, largest: int | None = None) -> str | None:
     """Why the file at `path` must not be read, as it is no regular file or too large (`largest`, in bytes); else None.

@@ -7,18 +7,21 @@ import pandas as pd
 
 from prb3r.errors import Problem, SpecError
 from prb3r.model.files.comma_separated import csv_frame, csv_text
-from prb3r.model.files.place import refusal_of_place
-
-TABLE_SUFFIXES = (".csv", ".parquet")
+from prb3r.model.files.place import TABLE_SUFFIXES, refusal_of_place
 
 
 def _table_path(path: str | Path) -> Path:
     """The path of a table; raises SpecError for a suffix that is not one of `TABLE_SUFFIXES`."""
     path = Path(path)
-    if path.suffix not in TABLE_SUFFIXES:
-        what = f"a table is a .csv or a .parquet file, not {path.suffix or 'without suffix'}"
-        raise SpecError(Problem(str(path), what))
+    if path.suffix.lower() not in TABLE_SUFFIXES:
+        there = "is a folder, not a table" if path.is_dir() else f"{path.suffix or 'a file without suffix'} is no table"
+        raise SpecError(Problem(str(path), f"{there}; a table is a .csv or a .parquet file"))
     return path
+
+
+def is_parquet(path: Path) -> bool:
+    """Whether a table of this name is a Parquet file, or else CSV."""
+    return path.suffix.lower() == ".parquet"
 
 
 def read_table(path: str | Path) -> pd.DataFrame:
@@ -49,7 +52,7 @@ def read_table(path: str | Path) -> pd.DataFrame:
 
 
 def _read(path: Path) -> pd.DataFrame:
-    if path.suffix == ".csv":
+    if not is_parquet(path):
         return csv_frame(path.read_text("utf-8"), str(path))
     frame = pd.read_parquet(path)
     return frame.reset_index(drop=frame.index.names == [None])
@@ -101,7 +104,7 @@ def write_table(frame: pd.DataFrame, path: str | Path) -> None:
     """
     path = _table_path(path)
     try:
-        if path.suffix == ".parquet":
+        if is_parquet(path):
             frame.to_parquet(path, index=False)
         else:
             path.write_text(csv_text(frame), encoding="utf-8")

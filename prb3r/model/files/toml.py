@@ -12,7 +12,8 @@ import tomli_w
 from pydantic import BaseModel
 
 from prb3r.errors import Problem, SpecError, did_you_mean
-from prb3r.model.files.place import refusal_of_place
+from prb3r.model.files.kinds import with_article, wrong_kind
+from prb3r.model.files.place import TABLE_SUFFIXES, refusal_of_place
 from prb3r.model.files.plain import plain
 from prb3r.model.files.toml_lines import Keys, dotted, line_of, lines_of_keys
 from prb3r.model.files.validation import validate
@@ -37,6 +38,9 @@ def read_toml(path: str | Path, model: type[_Model], context: Any = None) -> _Mo
     SpecError
         With all problems of the file.
     """
+    kind = model.__name__.removesuffix("File").lower().replace("wishes", "requirements")
+    if Path(path).suffix.lower() in TABLE_SUFFIXES:
+        raise SpecError(Problem(str(path), f"is a table; {with_article(kind)} is a .toml file"))
     text = _text(Path(path))
     try:
         data = tomllib.loads(text)
@@ -56,12 +60,20 @@ def read_toml(path: str | Path, model: type[_Model], context: Any = None) -> _Mo
         return instance
     if not data:
         needed = ", ".join(repr(name) for name, field in model.model_fields.items() if field.is_required())
-        raise SpecError(
-            Problem(str(path), f"is empty; a {model.__name__.removesuffix('File').lower()} begins with {needed}")
-        )
+        raise SpecError(Problem(str(path), f"is empty; {with_article(kind)} begins with {needed}"))
+    if what := wrong_kind(data, kind):
+        raise SpecError(Problem(str(path), what))
     lines = lines_of_keys(text)
     places = sorted((line_of(lines, keys), dotted(keys, data), what) for keys, what in wrong)
     raise SpecError(*(Problem(f"{path}:{line} {key}".rstrip(), what) for line, key, what in places))
+
+
+def toml_contents(path: Path) -> dict[str, Any] | None:
+    """What a TOML file holds; None if it cannot be read, of which :func:`read_toml` says what is wrong."""
+    try:
+        return tomllib.loads(path.read_text("utf-8-sig")) if path.is_file() else None
+    except (OSError, ValueError, RecursionError):
+        return None
 
 
 def place_of(path: str | Path, keys: Keys) -> str:

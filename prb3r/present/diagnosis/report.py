@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from prb3r import __version__
 from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.diagnosis.result.projection import proposed
+from prb3r.model.files.cells import count
 from prb3r.present import rc, style
 from prb3r.present.diagnosis import belief
 from prb3r.present.diagnosis import sentences as say
@@ -238,6 +239,9 @@ def _made(diagnosis: Diagnosis) -> Iterator[tuple[str, str]]:
     readings, loads = diagnosis.tables["residuals"], diagnosis.tables["loads"]
     yield "Recording", diagnosis.name
     yield "Manipulator", diagnosis.nominal.name
-    yield "Readings", f"{len(readings):,} in {len(loads)} steps of {loads['sequence'].nunique()} sequences"
+    yield (
+        "Readings",
+        f"{len(readings):,} in {count(len(loads), 'step')} of {count(loads['sequence'].nunique(), 'sequence')}",
+    )
     yield "Seed", str(diagnosis.seed)
     yield "Written by", f"prb3r {__version__}"

@@ -10,6 +10,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from prb3r.markdown import markdown_table
+from prb3r.model.files.cells import count
 from prb3r.present import rc, style
 from prb3r.present.figure_files import save_figure
 from prb3r.present.proof.cases import case_columns, concealed_text
@@ -48,7 +49,8 @@ def proof_page(proof: Proof) -> str:
     lines = [
         "# Concealed effects",
         "",
-        f"{len(proof.main)} recordings of {len(proof.designs)} designs, seed {proof.seed}, revision {revision}, "
+        f"{count(len(proof.main), 'recording')} of {count(len(proof.designs), 'design')}, "
+        f"seed {proof.seed}, revision {revision}, "
         f"{proof.environment['written']}, {proof.environment['platform']}; {proof.seconds / 60:.0f} minutes in all, "
         f"{np.median(seconds):.1f} s a diagnosis (median), {max(seconds):.0f} s the longest.",
         "",

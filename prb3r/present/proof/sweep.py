@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from prb3r.markdown import markdown_table
+from prb3r.model.files.cells import count
 from prb3r.present.proof.scores import score_text
 from prb3r.proof.judging.goals import Goal
 from prb3r.proof.judging.intervals import Score
@@ -22,8 +23,8 @@ def publish_sweep(sweep: SettingsSweep, folder: Path) -> list[Path]:
     lines = [
         "# How scores move with the settings",
         "",
-        f"{sweep.cases} recordings, seed {sweep.seed}, {sweep.seconds / 60:.0f} minutes; labels sealed before the "
-        f"first verdict: SHA-256 `{sweep.digest}`.",
+        f"{count(sweep.cases, 'recording')}, seed {sweep.seed}, {sweep.seconds / 60:.0f} minutes; labels sealed before "
+        f"the first verdict: SHA-256 `{sweep.digest}`.",
         "",
         f"Each number moved by {share:g} % down / up, on the same recordings (whole numbers by one at least; of shares "
         "near one what is left to one). *Read*: recordings in whose diagnosis the number was looked at. *Changed*: "

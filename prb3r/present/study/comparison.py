@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from prb3r.model.files.cells import count
 from prb3r.present import rc, style
 from prb3r.present.figure_files import save_figure
 from prb3r.present.page import Cell, Table, picture, templates
@@ -172,7 +173,7 @@ def note_on(decision: Decision, most: int) -> str:
         if decision.failed:
             note += f", without {decision.failed} of them in which a design fails"
         if decision.left_out:
-            note += f"; {decision.left_out} cases that only some designs have are not used"
+            note += f"; without {count(decision.left_out, 'case')} that only some designs have"
         parts.append(note)
         if any(decision.feasible):
             parts.append(f"Best values{' of those that keep every requirement' * (not all(decision.feasible))} in bold")
@@ -207,7 +208,7 @@ def write_comparison(counsel: Advice, folder: Path, name: str, spots: Mapping[st
         designs=listed_designs(counsel.decision),
         note=note_on(counsel.decision, MOST_IN_PAGE),
         parquet=f"{name}.parquet",
-        title=f"{len(counsel.decision.designs)} designs compared",
+        title=f"{count(len(counsel.decision.designs), 'design')} compared",
         answer=counsel.recommendation.replace("**", ""),
         figures=[picture(folder, key, captions[key], "", spots[key]) for key in spots],
         pointed={"figures": pointed, "cases": told, "states": states, "half": half, "paths": []} if pointed else None,

@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from prb3r.inverse.target import COORDINATES, Target, chain_targets
+from prb3r.model.files.cells import count
 from prb3r.present import canvas, style
 from prb3r.present.framing import to_scale, view_of
 from prb3r.present.spots import point_at
@@ -134,10 +135,10 @@ def _followed(result: Result, scene: Scene) -> Iterator[str]:
             yield f"{before}{row['reason'] or row['outcome']}."
             continue
         targets = targets_of_case(scene, row["case_id"])
-        count = round(row["reached_share"] * len(targets))
+        met = round(row["reached_share"] * len(targets))
         force = f"highest tension {row['highest_tension_n']:.4g} N, highest sum {row['highest_sum_n']:.4g} N"
-        if count == len(targets):
-            yield f"{before}All {count} targets reached; {force}."
+        if met == len(targets):
+            yield f"{before}{'Target' if met == 1 else f'All {met} targets'} reached; {force}."
             continue
         first = int(row["first_missed"])
         place = ", ".join(
@@ -148,6 +149,6 @@ def _followed(result: Result, scene: Scene) -> Iterator[str]:
         off = [f"{1e3 * row['farthest_off_m']:.3g} mm"] if row["farthest_off_m"] > 0 else []
         off += [f"{row['most_turned_off_rad']:.3g} rad"] if row["most_turned_off_rad"] > 0 else []
         yield (
-            f"{before}{count} of {len(targets)} targets reached; the first that is not is number {first} ({place}); "
-            f"at most {' and '.join(off)} off; {force}."
+            f"{before}{met} of {count(len(targets), 'target')} reached; the first that is not is number {first} "
+            f"({place}); at most {' and '.join(off)} off; {force}."
         )

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
+from prb3r.model.files.cells import count
 from prb3r.present import style
 from prb3r.present.page import Table, picture, templates
 from prb3r.present.study.section import Section
@@ -183,7 +184,7 @@ def _fits(source: Source) -> Iterable[str]:
         x, y = source.shown(fit["x"]), source.shown(fit["y"])
         quantity = source.quantity(fit["x"])
         about = [source.named(name, value) for name, value in fit.get("where", {}).items()]
-        counted = [f"{fit['points']} cases"] if "points" in fit else []
+        counted = [count(fit["points"], "case")] if "points" in fit else []
         over = "; ".join(counted + about)
         law = "too few cases for a line"
         if fit["slope"] is not None:
@@ -218,7 +219,11 @@ def _made(source: Source) -> list[tuple[str, str]]:
     manifest, git, run = source.manifest, source.manifest.get("git"), source.manifest.get("run") or {}
     revision = f"{git['revision'][:12]}{' with uncommitted changes' if git.get('dirty') else ''}" if git else ""
     versions = ", ".join(f"{name} {version}" for name, version in (manifest.get("versions") or {}).items())
-    seconds = f"{style.digits(run['seconds'])} s for {run.get('cases_computed', 0):,} cases" if "seconds" in run else ""
+    seconds = (
+        f"{style.digits(run['seconds'])} s for {count(run.get('cases_computed', 0), 'case', ',')}"
+        if "seconds" in run
+        else ""
+    )
     lines = {
         "Study file": manifest.get("spec", ""),
         "Manipulator": source.study.manipulator,

@@ -4,6 +4,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
+from prb3r.model.files.cells import count
 from prb3r.present import canvas, rc, style
 from prb3r.present.spots import point_at
 from prb3r.present.study.section import Section
@@ -21,7 +22,8 @@ SEARCH_CAPTION = (
 def search_section(study: Study, cases: pd.DataFrame, decision: Decision) -> Section:
     """How many designs were tried, which was best, and whether more of them would have changed that."""
     tried, able = len(decision.designs), int(decision.feasible.sum())
-    said = [f"{tried:,} designs were tried; {able:,} of them keep every requirement."]
+    were = "was" if tried == 1 else "were"
+    said = [f"{count(tried, 'design', ',')} {were} tried; {able:,} of them keep{'s' * (able == 1)} every requirement."]
     if decision.preferences:
         said[0] = said[0][:-1] + f", {sum(decision.front):,} are on the Pareto front."
     score = merit(decision)

@@ -8,6 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 
+from prb3r.model.files.cells import count
 from prb3r.present import canvas, style
 from prb3r.present.framing import extremes, to_scale, view_of
 from prb3r.present.spots import point_at
@@ -32,14 +33,14 @@ def workspace_figure(sheet: Sheet[WorkspacePlot]) -> Figure:
     reached = {number: cloud[np.isfinite(cloud).all(1)] for number, cloud in clouds.items()}
     failed = []
     for _, row in sheet.rows.iterrows():
-        count, good = len(clouds[row["case_id"]]), len(reached[row["case_id"]])
+        tried, good = len(clouds[row["case_id"]]), len(reached[row["case_id"]])
         drawn = np.max(steps.get(row["case_id"], 0), initial=0)  # steps of loads beyond yield are left out
-        if good < count or not count:
-            shown = f"{'the first ' if sheet.scene.loads is not None else ''}{count:,} loads"
-            what = f"{count - good:,} of {shown} without equilibrium" if count else str(row["outcome"])
+        if good < tried or not tried:
+            shown = f"{'the first ' if sheet.scene.loads is not None else ''}{count(tried, 'load', ',')}"
+            what = f"{tried - good:,} of {shown} without equilibrium" if tried else str(row["outcome"])
             failed.append(not_drawn(sheet, row, what))
-        if count < drawn:
-            share = style.digits(float(f"{100 * (1 - count / drawn):.2g}"))
+        if tried < drawn:
+            share = style.digits(float(f"{100 * (1 - tried / drawn):.2g}"))
             failed.append(not_drawn(sheet, row, f"{share} % of the loads left out, plates would yield"))
     titles, parts = sheet.panels()
     rests = [straight(sheet.scene.manipulator(int(part["case_id"].iloc[0]))) for part in parts]

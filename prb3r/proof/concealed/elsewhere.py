@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from prb3r.proof.concealed.build import Build, rig_as_built
+from prb3r.proof.concealed.build import Build, drawn_build, rig_as_built
 from prb3r.proof.concealed.camera import truth
 from prb3r.proof.concealed.design import Design, followed, largest_bend
 from prb3r.proof.concealed.designs import drawn_program, weaker_program
@@ -47,19 +47,27 @@ def target_states(
     ----------
     target : a `name`, the contents of a `manipulator` file and a `program`
     effects, constants : those concealed; constants as ln of the factors on E and mu
-    build : imperfections of a real rig, which another design does not have; None: a bench rig
+    build : imperfections of the rig that is followed, see :func:`built_there`; None: made exactly as drawn
     foreign : law outside the library that acts on the rig, and its size
     """
     there = replace(design, manipulator=target["manipulator"])
     if target["name"] == OTHER_LOADS:
         plain = truth(design, effects, *constants)
-        manipulator = rig_as_built(plain, build) if build else plain
     else:
-        manipulator = truth(there, carried(effects, design, there), *constants)
+        plain = truth(there, carried(effects, design, there), *constants)
         foreign = foreign if foreign and LAWS[foreign[0]].of_the_kind else None
+    manipulator = rig_as_built(plain, build) if build else plain
     if foreign is None:
         return followed(manipulator, target["program"])
     return followed_foreign(there, manipulator, target["program"], *foreign)
+
+
+def built_there(target: Mapping[str, Any], build: Build | None) -> Build | None:
+    """How the rig at a target was made: the recorded rig, with its imperfections `build`, or a rig of another design,
+    which has its own; None for bench rigs and their likes."""
+    if target["name"] == OTHER_LOADS:
+        return build
+    return Build(**target["build"]) if "build" in target else None
 
 
 def drawn_targets(
@@ -72,17 +80,23 @@ def drawn_targets(
 ) -> tuple[dict[str, Any], ...] | None:
     """Targets: other loads on the rig, and another design, each with an equilibrium at every step; None if not found.
 
-    See :func:`target_states` for the parameters.
+    Beside a real rig the other design is made within tolerances, too, but has to stand as drawn as well.  For the
+    parameters see :func:`target_states`.
     """
     out = []
     for name in (OTHER_LOADS, OTHER_DESIGN):
         manipulator = dict(design.manipulator) if name == OTHER_LOADS else _another(rng, design)
+        there = replace(design, manipulator=manipulator)
+        made = drawn_build(rng.spawn(1)[0], there) if build and name == OTHER_DESIGN else None
         program = drawn_program(rng, manipulator, design.flavour)[: SETTINGS.real.sequences]
         for _ in range(SETTINGS.programs.weakenings):
             listed = [list(map(dict, steps)) for steps in program]
             target = {"name": name, "manipulator": manipulator, "program": listed}
-            states = target_states(design, target, effects, constants, build, foreign)
-            if states is not None and largest_bend(states) < SETTINGS.real.largest_bend_rad:
+            if made:
+                target["build"] = made.plain()
+            rigs = [build] if name == OTHER_LOADS else [None, *filter(None, [made])]
+            followed_there = [target_states(design, target, effects, constants, rig, foreign) for rig in rigs]
+            if all(states and largest_bend(states) < SETTINGS.real.largest_bend_rad for states in followed_there):
                 out.append(target)
                 break
             program = weaker_program(program)

@@ -1,14 +1,16 @@
 """Errors of predictions for other loads and another design, against what the rig truly does there."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from prb3r.proof.concealed.design import Design
-from prb3r.proof.concealed.elsewhere import target_states
+from prb3r.proof.concealed.elsewhere import OTHER_DESIGN, built_there, target_states
 from prb3r.proof.concealed.labels import Label
 from prb3r.proof.concealed.real import build_of
 from prb3r.proof.judging.verdict import Verdict
+from prb3r.proof.rig.simulate import RigStates
 from prb3r.proof.settings import SETTINGS
 
 
@@ -19,11 +21,11 @@ class Missed(NamedTuple):
     """Name of the target."""
     calibrated: float
     """Mean squared error by calibration alone, in variances of a reading: of positions, or of angles where no positions
-    are read."""
+    are read.  Of another design that is made exactly as drawn, since nobody knows better what rigs of it do."""
     explained: float
     """Mean squared error with the explanation, likewise."""
     covered: float
-    """Share of the coordinates inside their 95 % bands."""
+    """Share of the coordinates of the rig as it was made inside their 95 % bands, which hold how rigs are made."""
     calibrated_m: float
     """Root mean square distance of predicted and true disk positions by calibration alone, m."""
     explained_m: float
@@ -48,9 +50,10 @@ def miss_of(design: Design, label: Label, verdict: Verdict) -> tuple[Missed, ...
     for forecast in verdict.elsewhere:
         target = next(target for target in label.targets if target["name"] == forecast.name)
         build = build_of(label) if label.build else None
-        states = target_states(design, target, label.effects, label.constants, build, label.foreign)
-        assert states is not None
-        true = np.stack([np.concatenate([getattr(s, f) for s in states]) for f in ("x", "y", "angle")], -1)[:, 1:]
+        asked = design, target, label.effects, label.constants
+        made = _places(target_states(*asked, built_there(target, build), label.foreign))
+        drawn = target["name"] == OTHER_DESIGN
+        true = _places(target_states(*asked, None, label.foreign)) if drawn else made
         sd = design.measurement.get("position_sd_m")
         columns, unit = (slice(0, 2), sd) if sd else (slice(2, 3), design.measurement["angle_sd_rad"])
         lost = SETTINGS.protocol.lost_share * (design.length if sd else np.pi)
@@ -60,7 +63,7 @@ def miss_of(design: Design, label: Label, verdict: Verdict) -> tuple[Missed, ...
             away = (predicted[:, 1:] - true)[..., columns]
             return np.where(np.isfinite(away), away, lost)
 
-        inside = (forecast.low[:, 1:] <= true) & (true <= forecast.high[:, 1:])
+        inside = (forecast.low[:, 1:] <= made) & (made <= forecast.high[:, 1:])
         before, after = (
             float(np.mean((off(predicted) / unit) ** 2)) for predicted in (forecast.calibrated, forecast.explained)
         )
@@ -69,6 +72,12 @@ def miss_of(design: Design, label: Label, verdict: Verdict) -> tuple[Missed, ...
         )
         out.append(Missed(forecast.name, before, after, float(inside.mean()), before_m, after_m))
     return tuple(out)
+
+
+def _places(states: Sequence[RigStates] | None) -> np.ndarray:
+    """(s, n, 3) x, y (m) and angle (rad) of disks 1..n at all steps of a rig that has an equilibrium at each."""
+    assert states is not None
+    return np.stack([np.concatenate([getattr(s, f) for s in states]) for f in ("x", "y", "angle")], -1)[:, 1:]
 
 
 def _distance(away: np.ndarray) -> float:

@@ -106,7 +106,6 @@ LOAD_RECORDS = (
         (size("efficiency", FRACTION, Scale.LOGARITHM),),
         _held_back,
         turn=14,
-        of_the_kind=True,
     ),
     Record(
         "weight_friction",
