@@ -60,8 +60,10 @@ def _misplaced_disks(recording: Recording) -> Iterator[str]:
 
 
 def _wrong_sides(recording: Recording) -> Iterator[str]:
-    """A doubt about cables that bend the arm to the side away from their offset when they alone are pulled."""
-    turned, known = _deflections(recording)
+    """A doubt about cables that bend the arm to the side away from their offset when they alone are pulled, and no less
+    the harder they are pulled: an arm that sags, or is bent before any load, lies on a side of its own."""
+    turned = _deflections(recording, recording.readings.value)
+    moved, known = _deflections(recording, _about_their_mean(recording)), np.abs(turned) > LEAST_TURN
     tension, manipulator = recording.loads.tension, recording.manipulator
     offset = manipulator.chain().offset[0]
     alone = (tension > 0).sum(1) == 1
@@ -69,7 +71,10 @@ def _wrong_sides(recording: Recording) -> Iterator[str]:
     wrong = []
     for k, name in enumerate(manipulator.cable_names):
         steps = alone & (tension[:, k] > 0) & known & ~laden
-        if steps.sum() >= FEWEST and (turned[steps] * offset[k] < 0).mean() >= ENOUGH:
+        if steps.sum() < FEWEST or (turned[steps] * offset[k] < 0).mean() < ENOUGH:
+            continue
+        harder = tension[steps, k] - np.median(tension[steps, k])
+        if harder @ (moved[steps] - moved[steps].mean()) * offset[k] <= 0:
             wrong.append(name)
     judged = [k for k in range(len(offset)) if (alone & (tension[:, k] > 0) & known & ~laden).sum() >= FEWEST]
     if len(wrong) > 1 and len(wrong) == len(judged):
@@ -127,19 +132,25 @@ def _changes_alone(recording: Recording) -> np.ndarray:
     return np.where((change != 0).sum(1, keepdims=True) == 1, change, 0.0)
 
 
-def _deflections(recording: Recording) -> tuple[np.ndarray, np.ndarray]:
-    """(s,) mean of the readings of y, angle and bend at each step, in standard deviations, whose sign tells the side to
-    which the arm bends; and (s,) whether it is large enough for that (`LEAST_TURN`)."""
+def _deflections(recording: Recording, values: np.ndarray) -> np.ndarray:
+    """(s,) mean of the `values` (r,) of readings of y, angle and bend at each step, in standard deviations, whose sign
+    tells the side to which the arm bends."""
     readings, measurement = recording.readings, recording.measurement
     sd = {Kind.Y: measurement.position_sd_m, Kind.ANGLE: measurement.angle_sd_rad, Kind.BEND: measurement.angle_sd_rad}
     total, count = np.zeros(len(recording.steps)), np.zeros(len(recording.steps))
     for kind, deviation in sd.items():
         rows = readings.kind == kind
         if deviation and rows.any():
-            total += np.bincount(readings.step[rows], readings.value[rows] / deviation, len(total))
+            total += np.bincount(readings.step[rows], values[rows] / deviation, len(total))
             count += np.bincount(readings.step[rows], minlength=len(total))
-    mean = total / np.maximum(count, 1)
-    return mean, np.abs(mean) > LEAST_TURN
+    return total / np.maximum(count, 1)
+
+
+def _about_their_mean(recording: Recording) -> np.ndarray:
+    """(r,) readings less the mean of all of their kind on their disk."""
+    readings = recording.readings
+    _, marker = np.unique(np.stack([readings.kind, readings.disk]), axis=1, return_inverse=True)
+    return readings.value - (np.bincount(marker, readings.value) / np.bincount(marker))[marker]
 
 
 def _mixed_units(recording: Recording) -> Iterator[str]:

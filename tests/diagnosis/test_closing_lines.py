@@ -10,6 +10,7 @@ from diagnosis.simulated import (
 )
 
 from prb3r.diagnosis.checks.verdict import why_unexplained
+from prb3r.diagnosis.library import SUSPECTS
 from prb3r.diagnosis.result.design_prediction import read_posterior
 from prb3r.diagnosis.result.mismatch import mismatch_of
 from prb3r.diagnosis.result.projection import summary_lines
@@ -27,6 +28,15 @@ def test_the_closing_lines_tell_the_constants_and_what_is_not_predicted():
     held = [line for line in lines if line.startswith("held out")]
     assert held
     assert all(line.endswith("; 8 readings not predicted") for line in held)
+
+
+def test_refitted_constants_never_leave_more_than_the_nominal_ones():
+    """Plates bent before any load turn the picture by far more than the camera may be turned, which has its price."""
+    bent = ({"kind": "precurvature", "curvature_per_m": 4.0},)
+    case = Case(tuple(tuple(effect.items()) for effect in bent), read=("x_m", "y_m"), without=frozenset(SUSPECTS))
+    chi2 = diagnosed(case).chi2
+    assert chi2.calibrated > 2
+    assert chi2.nominal > chi2.calibrated
 
 
 def test_what_is_left_once_a_blunder_is_mended_is_said(tmp_path):

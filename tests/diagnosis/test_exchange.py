@@ -72,6 +72,22 @@ def test_of_two_models_nearly_as_probable_the_one_that_explains_is_chosen(doubte
         assert sum(survivor.probability for survivor in choice.survivors) == pytest.approx(1.0)
 
 
+def test_of_two_models_nearly_as_probable_that_explain_the_one_with_fewer_effects_is_chosen(doubted, found):
+    pool, scale = found.pool, next(each for each in doubted.search.library if each.kind == "camera_scale")
+    imitates = frozenset(pool.best.model.hypotheses)
+    with_scale = fit(pool.best.model.adding(scale), np.append(pool.best.p, 0.0))
+    larger, fewer = frozenset(with_scale.model.hypotheses), exchange_effects(found, doubted.search).pool.best
+    smaller = frozenset(fewer.model.hypotheses)
+    assert len(smaller) == len(imitates) < len(larger)
+    assert not smaller <= larger
+    pool.fits = {frozenset(): pool.fits[frozenset()], smaller: fewer, larger: with_scale}
+    for ahead, chosen in ((0.5, smaller), (1.5, larger)):
+        pool.evidence = {frozenset(): -1e9, smaller: 0.0, larger: ahead}
+        choice = choose(found, doubted.search)
+        assert (choice.effects, choice.structured) == (chosen, False)
+        assert max(choice.survivors, key=lambda survivor: survivor.probability).effects == larger
+
+
 def test_what_stands_in_the_place_of_an_effect_stands_beside_all_others(doubted, imitation):
     for number, effect in enumerate(imitation.model.hypotheses):
         others = set(imitation.model.hypotheses) - {effect}

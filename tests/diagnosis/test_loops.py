@@ -1,5 +1,6 @@
 """Plates that dissipate are told from plates that soften and from cables that rub, where something unloads."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -23,6 +24,17 @@ def test_loops_of_plates_are_named_and_not_taken_for_friction():
     assert [effect.kind for effect in found.effects] == ["hysteretic_plate"]
     (effect,) = found.effects
     assert not effect.rivals
+    assert effect.parameters["slipping_share"].value == pytest.approx(0.4, rel=0.1)
+    assert effect.parameters["yield_strain"].value == pytest.approx(1.2e-3, rel=0.1)
+
+
+def test_plates_that_slip_little_by_little_are_told_from_those_that_slip_at_once():
+    """As layers and braids do, of which each slips at a bend of its own: three elements, on average at 1.2e-3."""
+    slowly = LOOPS | {"elements": 3}
+    found = tell(investigated(replace(SMOOTH, hidden=(tuple(slowly.items()),))))
+    assert found.verdict == "explained"
+    (effect,) = found.effects
+    assert (effect.kind, effect.place) == ("hysteretic_plate", {"elements": 3})
     assert effect.parameters["slipping_share"].value == pytest.approx(0.4, rel=0.1)
     assert effect.parameters["yield_strain"].value == pytest.approx(1.2e-3, rel=0.1)
 

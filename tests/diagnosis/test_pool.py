@@ -42,3 +42,14 @@ def test_the_best_fit_has_converged_before_anything_is_told_of_the_noise(calibra
     pool = Pool(Search(library, 0), Settings(), [calibrated, patient])
     assert pool.polished_best().converged
     assert pool.best.chi2 <= begun.chi2
+
+
+def test_an_exchanged_model_is_fitted_without_what_it_no_longer_needs(calibrated, library):
+    """The softer segment needs bent plates beside it; the weak plate that explains all needs nothing."""
+    softer = with_effect(calibrated, library, "segment_stiffness (segment 2)")
+    bent = next(each for each in library if each.name == "precurvature")
+    model = replace(calibrated.model, settings=replace(calibrated.model.settings, gross=np.inf))
+    wrong = fit(model.adding(*softer.model.hypotheses).adding(bent), np.append(softer.p, 0.0))
+    pool = Pool(Search(library, 0), model.settings, [calibrated, wrong])
+    assert pool.exchange(wrong)
+    assert {each.name for each in pool.best.model.hypotheses} == {"weakened_plate (plate 4)"}

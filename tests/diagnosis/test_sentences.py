@@ -77,6 +77,12 @@ def test_one_direction_makes_sense_where_the_other_does_not_exist(library):
             "beyond a strain of 0.6 (0.5 to 0.7) % a share of 0.3 (0.2 to 0.4) of their stiffness slips",
         ),
         (
+            "hysteretic_plate",
+            {"elements": 3},
+            {"yield_per_m": (6, 5, 7), "slipping_share": (0.3, 0.2, 0.4)},
+            "little by little (in 3 stages), on average beyond a curvature of 6 (5 to 7) 1/m a share of 0.3",
+        ),
+        (
             "notch_closing",
             {"side": "positive"},
             {"factor": (1.02, 0.98, 1.05), "stiffness_n_m_per_rad": (3, None, None)},

@@ -24,7 +24,7 @@ from prb3r.diagnosis.settings import Settings
 from prb3r.model.effects.friction import SlipHistory
 from prb3r.recording.plausibility import implausible
 from prb3r.recording.reading import load_recording
-from prb3r.recording.recording import Prior
+from prb3r.recording.recording import Kind, Prior
 from prb3r.recording.writing import write_again
 
 
@@ -197,6 +197,16 @@ def test_some_blunders_show_without_a_fit(blunder, said):
     }
     doubts = list(implausible(planted[blunder](example())))
     assert any(said in doubt for doubt in doubts) if said else not doubts
+
+
+@pytest.mark.parametrize("side", [-1, 1])
+def test_an_arm_that_sags_is_not_doubted_for_it(side):
+    """Whichever cable is pulled, disks lie on one side; the harder it is pulled, the more they go to its own."""
+    right = example()
+    sags = (right.readings.kind == Kind.Y) | (right.readings.kind == Kind.ANGLE)
+    lowered = right.readings._replace(value=right.readings.value + np.where(sags, 2.0 * side, 0.0))
+    assert not [doubt for doubt in implausible(replace(right, readings=lowered)) if "other side" in doubt]
+    assert not [doubt for doubt in implausible(replace(right, readings=lowered)) if "mirrored" in doubt]
 
 
 def test_a_right_recording_is_plausible():

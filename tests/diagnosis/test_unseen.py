@@ -1,5 +1,6 @@
 """What sequences that no fit has seen hold against a model, and what they do not."""
 
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 from types import SimpleNamespace
@@ -23,6 +24,7 @@ from prb3r.diagnosis.known import Task
 from prb3r.diagnosis.library import hypotheses
 from prb3r.diagnosis.library.scope import Scope
 from prb3r.diagnosis.result import named
+from prb3r.diagnosis.result.rig_remarks import off_as_drawn
 from prb3r.diagnosis.search.apply import serially
 from prb3r.diagnosis.search.pool import Survivor
 from prb3r.diagnosis.search.rivals import Rival
@@ -148,6 +150,25 @@ def test_parts_that_the_other_sequences_tell_are_expected_of_the_one_set_aside()
         assert sequence.p > RATE
     assert np.mean(nearer) < 0.99
     assert np.mean(narrower) > 1.05
+
+
+def test_it_is_said_where_parts_off_their_drawing_make_the_error_on_what_was_set_aside():
+    """Every plate is longer by 1.5 %, which the recording allows; a rig as drawn gives no cause for it."""
+    tolerance = Tolerance(offset_m=0.0, length_m=3e-4, thickness_relative=0.0, marker_m=0.0)
+    right, longer = replace(recorded(Case(hidden=())), tolerance=tolerance), []
+    for segment in right.manipulator.segment:
+        longer.append(segment.model_copy(update={"length_m": segment.length_m * 0.985}))
+    drawn = replace(right, manipulator=right.manipulator.model_copy(update={"segment": tuple(longer)}))
+    said = []
+    for recording in (right, drawn):
+        rough, fresh = fitted_to_the_others(recording), aside(recording)
+        said.append(off_as_drawn(fresh, renewed(rough, fresh.known)))
+    assert said[0] == []
+    (sentence,) = said[1]
+    assert "length_m; measure it" in sentence
+    made, as_drawn = (float(number) for number in re.findall(r"to ([0-9.]+) mm", sentence))
+    assert as_drawn > 1.4 * made
+    assert off_as_drawn(None, renewed(rough, fresh.known)) == []
 
 
 def misread(recording: Recording, fitted: Fit, step: int, tip: float) -> Recording:

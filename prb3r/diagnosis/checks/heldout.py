@@ -73,6 +73,8 @@ class Foreseen(NamedTuple):
     """(r,) expected readings, with the tolerances of the parts as the fitted sequences tell them, m and rad."""
     noise: Noise
     """Covariance of the readings about these: reading noise, tension scatter, uncertainty of parameters and parts."""
+    part: str
+    """The part off its drawing that moves the readings most, such as `segment.1.length_m`; empty without any."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,7 +117,10 @@ class Unseen:
             moved = replace(fitted.model, predict=self.predict).moved(fitted.p, solved)
             uncertain = np.hstack([moved, parts.moved[:, felt]]) @ root_of(covariance)
             expected = solved.readings + parts.moved[:, felt] @ mean
-            self.foreseen[fitted] = Foreseen(expected, self._covariance(solved, expected, uncertain))
+            noise = self._covariance(solved, expected, uncertain)
+            far = np.linalg.norm(np.nan_to_num(parts.moved[:, felt] * mean / noise.sd[:, None]), axis=0)
+            part = parts.names[felt[int(np.argmax(far))]] if len(far) else ""
+            self.foreseen[fitted] = Foreseen(expected, noise, part)
         return self.foreseen[fitted]
 
     def _covariance(self, solved: Solution, expected: np.ndarray, uncertain: np.ndarray) -> Noise:
@@ -144,10 +149,16 @@ class Unseen:
         before, after = self.solved(calibrated), self.solved(explained)
         return compared(self.predict, self.noise(explained), before.readings, after.readings)
 
+    def as_drawn_and_made(self, fitted: Fit) -> HeldOut:
+        """Errors of `fitted` with the parts of the rig as drawn (those of `calibrated`) and as the fitted sequences
+        tell them (those of `explained`)."""
+        made = self.foresee(fitted)
+        return compared(self.predict, made.noise, self.solved(fitted).readings, made.readings)
+
     def log_score(self, fitted: Fit) -> float | None:
         """Log score a reading: minus half the mean squared whitened error, less the mean ln of the factor by which
         tension scatter widens the reading noise; None where a step has no equilibrium."""
-        readings, noise = self.foresee(fitted)
+        readings, noise, _ = self.foresee(fitted)
         misfit = self.predict.misfit(readings)
         if not np.isfinite(misfit).all():
             return None
@@ -156,7 +167,7 @@ class Unseen:
     def judged(self, fitted: Fit) -> tuple[JudgedSequence, ...]:
         """Every sequence set aside, in the order of the recording, with the chance of an error this large if `fitted`
         is right; the chance is 0 where a step has no equilibrium."""
-        recording, (readings, noise) = self.predict.recording, self.foresee(fitted)
+        recording, (readings, noise, _) = self.predict.recording, self.foresee(fitted)
         white = noise.whiten(np.nan_to_num(self.predict.misfit(readings)))
         of_reading, judged = recording.of_sequence[recording.readings.step], []
         known = fitted.residual[: fitted.model.predict.recording.readings.count]
@@ -170,7 +181,7 @@ class Unseen:
 
     def missed_steps(self, fitted: Fit) -> list[int]:
         """Rows of the steps whose readings `fitted` misses by more than chance allows, of all steps at once."""
-        readings, noise = self.foresee(fitted)
+        readings, noise, _ = self.foresee(fitted)
         step, misfit = self.predict.recording.readings.step, self.predict.misfit(readings)
         squares, counts = np.bincount(step, noise.whiten(np.nan_to_num(misfit)) ** 2), np.bincount(step)
         return [
@@ -214,7 +225,7 @@ class Unseen:
     def _doubting(self, fitted: Fit) -> "Unseen":
         """As :meth:`doubting`, for `fitted` alone; the object itself where no weight is doubted."""
         recording, solved = self.predict.recording, self.solved(fitted)
-        readings, noise = self.foresee(fitted)
+        readings, noise, _ = self.foresee(fitted)
         misfit = self.predict.misfit(readings)
         steps, cables = np.nonzero(recording.loads.tension > 0)
         if not np.isfinite(misfit).all() or not len(steps):

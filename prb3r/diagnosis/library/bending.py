@@ -12,6 +12,7 @@ from prb3r.diagnosis.library.alike import same_parts
 from prb3r.diagnosis.library.hypothesis import Free
 from prb3r.diagnosis.library.scope import Place, Scope
 from prb3r.diagnosis.library.suspect import Occurrence, effect_in_words
+from prb3r.mechanics.plate_law import MOST_ELEMENTS
 from prb3r.model.effects.base import Effect
 from prb3r.model.effects.plates import HystereticPlate, NonlinearPlate, relative_size
 from prb3r.model.manipulator import Manipulator
@@ -132,6 +133,12 @@ def _sections(manipulator: Manipulator) -> list[tuple[float | None, ...]]:
     return [tuple(getattr(segment, name) for name in names) for segment in manipulator.segment]
 
 
+def loop_places(scope: Scope) -> list[Place]:
+    """Places of `hysteretic_plate`: plates that begin to slip at one bend, or little by little (the most elements that
+    the effect has); none under loading alone, where they are the same as plates that soften."""
+    return [{}, {"elements": MOST_ELEMENTS}] if scope.unloads else []
+
+
 def loop_free(scope: Scope, place: Place) -> tuple[Free, ...]:
     """Free parameters of `hysteretic_plate`: slip begins between a fiftieth of the largest curvature (or strain) and
     all of it, as knees do; the slipping share of the stiffness lies between 0.02, a thin loop, and 0.9, plates that
@@ -152,10 +159,12 @@ def said_of_loops(fitted: Occurrence) -> str:
     """The sentence on a fitted `hysteretic_plate`."""
     strain = fitted.estimates.get("yield_strain")
     bend = f"a curvature of {fitted.size} 1/m" if strain is None else f"a strain of {strain.times(100)} %"
+    stages = fitted.place.get("elements", 1)
+    begins = "beyond" if stages == 1 else f"little by little (in {stages} stages), on average beyond"
     return (
-        f"The plates dissipate as they bend to and fro: beyond {bend} a share of {fitted.estimates['slipping_share']} "
-        "of their stiffness slips, and unloading runs beside loading: look for superelastic, laminated or plastic "
-        "plates."
+        f"The plates dissipate as they bend to and fro: {begins} {bend} a share of "
+        f"{fitted.estimates['slipping_share']} of their stiffness slips, and unloading runs beside loading: look for "
+        "superelastic, laminated or plastic plates."
     )
 
 

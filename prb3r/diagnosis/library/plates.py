@@ -12,6 +12,7 @@ from prb3r.diagnosis.library.bending import (
     law_places,
     law_probes,
     loop_free,
+    loop_places,
     loop_probes,
     loops_as_strain,
     said_of_law,
@@ -175,7 +176,7 @@ PLATE_SUSPECTS = (
         "hysteretic_plate",
         said_of_loops,
         loops_as_strain,
-        places=lambda scope: whole_rig_if(scope.unloads),  # under loading alone the same as plates that soften
+        places=loop_places,
         free=loop_free,
         probes=loop_probes,
         shared=OF_THE_MATERIAL,

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from prb3r.diagnosis.checks.heldout import Unseen
 from prb3r.diagnosis.checks.repeats import Scatter
 from prb3r.diagnosis.checks.tolerated import tolerances_told
 from prb3r.diagnosis.evidence.model_evidence import AT_BOUND
@@ -150,6 +151,26 @@ def beyond_tolerance(told: EstimatedTolerances, settings: Settings) -> list[str]
         return []
     more = f" and {len(parts) - PARTS_NAMED} more" if len(parts) > PARTS_NAMED else ""
     return [f"off its drawing: {', '.join(parts[:PARTS_NAMED])}{more}: measure it, or look for what moves it"]
+
+
+def off_as_drawn(fresh: Unseen | None, fitted: Fit) -> list[str]:
+    """A remark where parts off their drawing, within tolerance, make more of the mean square error on the sequences set
+    aside than the noise does."""
+    if fresh is None:
+        return []
+    errors, part = fresh.as_drawn_and_made(fitted), fresh.foresee(fitted).part
+    drawn, made, noise = errors.rmse_calibrated_m, errors.rmse_explained_m, errors.noise_m
+    factor, unit = 1e3, "mm"
+    if drawn is None or made is None or noise is None:
+        drawn, made, noise = errors.rmse_calibrated_rad, errors.rmse_explained_rad, errors.noise_rad
+        factor, unit = 180 / np.pi, "degrees"
+    if drawn is None or made is None or noise is None or drawn**2 - made**2 <= noise**2:
+        return []
+    said = f"{factor * drawn:.3g} {unit} with all as drawn: most of that is {part.removesuffix(', m')}; measure it"
+    return [
+        f"what was set aside is predicted to {factor * made:.3g} {unit} with the parts of the rig as the other "
+        f"sequences tell them, and to {said}"
+    ]
 
 
 def wrong_weights(recording: Recording, doubted: Sequence[NotedWeight]) -> list[str]:

@@ -8,7 +8,7 @@ import scipy
 from prb3r.diagnosis.confidence import INTERVAL_RISE, NORMAL_REACH
 from prb3r.diagnosis.evidence.constants_by_part import clues
 from prb3r.diagnosis.evidence.score_test import Scores
-from prb3r.diagnosis.fit.constants import Constants
+from prb3r.diagnosis.fit.constants import FRAME, Constants
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.fit.profile import Profile
 from prb3r.diagnosis.fit.tolerance import EstimatedTolerances
@@ -114,14 +114,16 @@ def _plain_model(fitted: Fit) -> FittedModel:
 
 
 def _nominal_chi2(calibrated: Fit) -> float | None:
-    """Chi-square per reading, without priors, of the nominal constants in the calibrated frame; None where some step
-    has no equilibrium."""
-    model, constants = calibrated.model, calibrated.constants
-    predicted = model.predict(constants._replace(log_stiffness=0.0, log_friction=0.0))
-    if not np.isfinite(predicted).all():
+    """Chi-square per degree of freedom of the nominal constants in the calibrated frame, whose priors count as they do
+    in that of the calibrated ones; None where some step has no equilibrium."""
+    model, p = calibrated.model, calibrated.p.copy()
+    refitted = [k for k, name in enumerate(model.varied) if name not in FRAME]
+    p[refitted] = 0.0
+    solved = model.solve(p)
+    if not np.isfinite(solved.readings).all():
         return None
-    misfit = model.noise.whiten(model.predict.misfit(predicted))
-    return float(misfit @ misfit / len(misfit))
+    residual = model.residuals(p, solved)
+    return float(residual @ residual) / max(calibrated.freedom + len(refitted), 1)
 
 
 def _largest(scores: Scores) -> LargestScore:

@@ -151,6 +151,7 @@ class Pool:
         for others in self.search.apply(_replacements, tasks):
             for other in others:
                 self.add(other)
+        self.fit_parts()
         return self.evidence[self.ranked[0]] - before > self.settings.better_exchanged
 
     def thin(self) -> None:
@@ -169,18 +170,39 @@ class Pool:
                 if self.ranked[0] != effects:
                     break
 
-    def _least_missed(self, fitted: Fit) -> list[Hypothesis]:
+    def fit_parts(self) -> None:
+        """Leave one effect out of every surviving model in full fits: of `_least_missed`, those without which the model
+        survives as the linearised model tells.
+
+        A model that was found by an exchange may do without what the one before it needed.
+        """
+        least = self.evidence[self.ranked[0]] - np.log(self.settings.survival_odds)
+        tasks = list[tuple[Fit, int, float]]()
+        for effects in self.ranked:
+            if self.evidence[effects] < least or effects in self.thinned:
+                continue
+            self.thinned.add(effects)
+            fitted = self.fits[effects]
+            for hypothesis in self._least_missed(fitted, self.evidence[effects] - least):
+                rest = effects - {hypothesis}
+                if rest not in self.fits:
+                    tasks.append((fitted, fitted.model.hypotheses.index(hypothesis), self._useful([*rest])))
+        for part in self.search.apply(_part, tasks):
+            self.add(part)
+
+    def _least_missed(self, fitted: Fit, most_missed: float | None = None) -> list[Hypothesis]:
         """The effects of a model whose removal costs least evidence in the linearised model, the cheapest first.
 
-        Only the `Settings.left_out` first that cost less than `Settings.useful_reach`; of a model that leaves much
-        unexplained all, as there the linearised model is far from true.
+        Only the `Settings.left_out` first that cost less than `most_missed` (absent: `Settings.useful_reach`); of a
+        model that leaves much unexplained all, as there the linearised model is far from true.
         """
+        most_missed = self.settings.useful_reach if most_missed is None else most_missed
         linear, present = self.linearised(fitted)
         missed = {number: linear.evidence(present) - linear.evidence(present - {number}) for number in present}
         order = sorted(present, key=missed.__getitem__)
         if fitted.costly or fitted.reduced < self.settings.gross:
             most = self.settings.costly_left_out if fitted.costly else self.settings.left_out
-            order = [number for number in order[:most] if missed[number] < self.settings.useful_reach]
+            order = [number for number in order[:most] if missed[number] < most_missed]
         return [linear.columns[number].hypothesis for number in order]
 
     def linearised(self, fitted: Fit) -> tuple[LinearModel, frozenset[int]]:
@@ -227,6 +249,10 @@ class Pool:
 
 def _replacements(task: tuple[Fit, int, Search]) -> list[Fit]:
     return replacements(*task)
+
+
+def _part(task: tuple[Fit, int, float]) -> Fit | None:
+    return without_effect(*task)
 
 
 def _fitted(task: tuple[Model, np.ndarray, float]) -> Fit | None:

@@ -24,7 +24,7 @@ from prb3r.diagnosis.search.search import Search
 from prb3r.diagnosis.search.small_loads import at_small_loads
 from prb3r.diagnosis.settings import Settings
 
-FORMS = frozenset({"law", "side", "sections"})
+FORMS = frozenset({"law", "side", "sections", "elements"})
 """Keys of `Hypothesis.place` that state the form of an effect, not its place: with these alone it concerns the whole
 rig."""
 

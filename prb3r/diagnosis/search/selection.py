@@ -35,7 +35,7 @@ class Choice:
     """Every full fit under the same noise; rivals and the ranking are taken from these."""
     survivors: tuple[Survivor, ...]
     """Surviving models, most probable first; of the first ones that are nearly as probable, one that explains the
-    recording stands before them if there is any (:func:`choose`)."""
+    recording with fewest effects stands before them (:func:`choose`)."""
     scores: Scores
     """Score test of what the chosen model leaves."""
     scores_of_best: Scores
@@ -201,19 +201,24 @@ def exchange_effects(explored: Explored, search: Search) -> Explored:
 def choose(explored: Explored, search: Search) -> Choice:
     """The choice at the end of a search, with tests of what the chosen and the most probable model leave.
 
-    Where the most probable model leaves something that noise does not explain, the first is chosen that does not, of
-    those whose ln evidence is less by no more than `Settings.better_exchanged`: the evidence does not ask whether what
-    is left looks like noise, and so small a difference hangs on rounding.
+    Models whose ln evidence is less than that of the most probable one by no more than `Settings.better_exchanged` are
+    as good as it: so small a difference hangs on rounding.  Of these the one counts that names the fewest effects; but
+    the first that leaves nothing beyond noise, as the evidence does not ask whether what is left looks like noise.
     """
-    survivors = explored.pool.survivors()
-    least = survivors[0].log_evidence - explored.pool.settings.better_exchanged
-    choice = _choice_of(survivors, explored, search)
-    for other in survivors[1:] if choice.structured else ():
-        if other.log_evidence >= least:
-            instead = _choice_of((other, *(each for each in survivors if each is not other)), explored, search)
-            if not instead.structured:
-                return instead
-    return choice
+    survivors, settings = explored.pool.survivors(), explored.pool.settings
+    least = survivors[0].log_evidence - settings.better_exchanged
+    orders = [
+        (near, *(other for other in survivors if other is not near))
+        for near in survivors
+        if near is survivors[0] or near.log_evidence >= least
+    ]
+    orders.sort(key=lambda order: len(simplest(order, settings).model.hypotheses))  # stable: the most probable first
+    choices = []
+    for order in orders:
+        choices.append(_choice_of(order, explored, search))
+        if not choices[-1].structured:
+            return choices[-1]
+    return next(choice for choice in choices if choice.survivors[0] is survivors[0])
 
 
 def _choice_of(survivors: tuple[Survivor, ...], explored: Explored, search: Search) -> Choice:
