@@ -54,6 +54,38 @@ def test_a_file_in_the_place_of_another_is_called_what_it_is(folder, command, sa
     assert said in line
 
 
+@pytest.mark.parametrize(
+    "words", [["report", ""], ["solve", "manipulator.toml", "steps.csv", "-o", ""], ["check", ""], ["run", ""]]
+)
+def test_an_empty_argument_is_no_name_of_this_folder(folder, words):
+    before = sorted(folder.iterdir())
+    done = prb3r(*words, cwd=folder)
+    assert done.returncode == 2
+    assert "an argument is empty; is a variable of the shell not set?" in done.stderr
+    assert done.stdout == ""
+    assert sorted(folder.iterdir()) == before
+
+
+@pytest.mark.parametrize(
+    ("effect", "said"),
+    [
+        ('kind = "disk_contact"\nangle_rad = 30\nstiffness_n_m_per_rad = 9', "30 degrees is 0.523599"),
+        (
+            'kind = "superelastic_plate"\nplateau_strain = 0.0075\ntube_outer_m = 1.2\ntube_inner_m = 0.9\n'
+            "notch_depth_m = 0.8",
+            "effect.1.tube_outer_m: 1.2 m is not what rigs are made with (up to 0.2 m); lengths are given in metres: "
+            "1.2 mm is 0.0012",
+        ),
+    ],
+)
+def test_effects_in_other_units_are_refused(folder, effect, said):
+    manipulator = folder / "manipulator.toml"
+    manipulator.write_text(f"{manipulator.read_text()}\n[[effect]]\n{effect}\n")
+    done = prb3r("check", manipulator)
+    assert done.returncode == 2
+    assert said in done.stderr
+
+
 def test_a_study_with_a_stray_key_of_another_file_is_still_a_study(folder):
     study = folder / "study.toml"
     study.write_text("disk = 3\n" + study.read_text())

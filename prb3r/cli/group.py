@@ -30,6 +30,12 @@ class ExitCode(IntEnum):
 class Commands(click.Group):
     """A group of commands whose errors become messages and exit codes; tracebacks are shown only with PRB3R_DEBUG."""
 
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Refuse empty arguments, which shells make of variables that are not set, and which would name this folder."""
+        if "" in args:
+            raise click.UsageError("an argument is empty; is a variable of the shell not set?", ctx)
+        return super().parse_args(ctx, args)
+
     def invoke(self, ctx: click.Context):
         """Run a command; print its errors to stderr and exit with their code."""
         try:

@@ -13,6 +13,7 @@ from prb3r.mechanics.plate_law import MOST_ELEMENTS, Contact, Hysteresis, Law
 from prb3r.model.effects.base import SIDE_COLUMN, Effect, Host, Number, Side, mask_of
 from prb3r.model.effects.hinges import RIGID, hinged
 from prb3r.model.files.numbers import NonNegative, Positive
+from prb3r.model.files.plausible import BendAngle
 
 
 class WeakenedPlate(Effect):
@@ -162,7 +163,7 @@ class DiskContact(Effect):
 
     kind: Literal["disk_contact"]
     once: ClassVar[bool] = True
-    angle_rad: Positive
+    angle_rad: BendAngle
     stiffness_n_m_per_rad: Positive
 
     def change(self, chain: Chain, manipulator: Host) -> Chain:

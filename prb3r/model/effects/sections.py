@@ -11,7 +11,8 @@ from pydantic import Field, model_validator
 from prb3r.mechanics.chain import Chain
 from prb3r.mechanics.plate_law import Hysteresis, Law
 from prb3r.model.effects.base import Effect, Host, Side
-from prb3r.model.files.numbers import NonNegative, Positive
+from prb3r.model.files.numbers import Positive
+from prb3r.model.files.plausible import TubeDiameter, TubeSize
 from prb3r.model.laws.section import Tube, section_law
 
 COMPRESSION_RATIO = 1.5
@@ -48,9 +49,9 @@ class SuperelasticPlate(Effect):
     plateau_slope: Annotated[
         float | None, Field(ge=0, le=0.5, description="Slope of the plateau over Young's modulus.")
     ] = None
-    tube_outer_m: Annotated[Positive | None, Field(description="Outer diameter of the tube, m.")] = None
-    tube_inner_m: Annotated[NonNegative | None, Field(description="Inner diameter of the tube, m.")] = None
-    notch_depth_m: Annotated[NonNegative | None, Field(description="Depth of the notches, across the tube, m.")] = None
+    tube_outer_m: Annotated[TubeDiameter | None, Field(description="Outer diameter of the tube, m.")] = None
+    tube_inner_m: Annotated[TubeSize | None, Field(description="Inner diameter of the tube, m.")] = None
+    notch_depth_m: Annotated[TubeSize | None, Field(description="Depth of the notches, across the tube, m.")] = None
     notch_side: Annotated[Side | None, Field(description="From which side the notches are cut.")] = None
 
     @model_validator(mode="after")

@@ -115,7 +115,9 @@ def with_keys(frame: pd.DataFrame) -> pd.DataFrame:
     if pd.api.types.is_float_dtype(names) and (names % 1 == 0).all():
         names = names.astype(int)
     whole = bool((step % 1 == 0).all() and (step.abs() < 2**53).all())
-    return frame.assign(sequence=names.map(str).astype(object), step=step.astype(int) if whole else step)
+    number, distinct = pd.factorize(names)  # few names stand in many rows
+    texts = np.array([str(name) for name in distinct], object)[number]
+    return frame.assign(sequence=pd.Series(texts, frame.index, object), step=step.astype(int) if whole else step)
 
 
 # Words ----------------------------------------------------------------------------------------------------------------
