@@ -11,13 +11,17 @@ from prb3r.diagnosis.checks import doubt
 from prb3r.diagnosis.evidence.neighbours import correlation, neighbours
 from prb3r.diagnosis.evidence.outliers import Doubts, lone_inflation, lone_outliers
 from prb3r.diagnosis.fit.calibrate import fit_constants
-from prb3r.diagnosis.fit.covariance import NoiseLevel
+from prb3r.diagnosis.fit.covariance import NoiseLevel, reading_sd
 from prb3r.diagnosis.fit.model import Model
 from prb3r.diagnosis.fit.prediction import predictor
 from prb3r.diagnosis.investigate import investigate
 from prb3r.diagnosis.known import Task
+from prb3r.diagnosis.search.apply import serially
 from prb3r.diagnosis.search.coarser import told_share
 from prb3r.diagnosis.search.search import Search
+from prb3r.diagnosis.stages import calibrate
+from prb3r.diagnosis.stages import doubt as doubting
+from prb3r.model.steps import with_tensions
 from prb3r.recording.recording import Kind
 
 
@@ -158,4 +162,19 @@ def test_a_weight_is_doubted_at_the_rate_at_which_effects_are_named(fitted, monk
 
     monkeypatch.setattr(doubt, "scores", as_large)
     monkeypatch.setattr(doubt, "examine", lambda *_: SimpleNamespace(largest=0.0))
-    assert (doubt.wrong_weight(fitted, known, ()) is not None) == doubted
+    monkeypatch.setattr(doubt, "level_under", lambda *_: SimpleNamespace(level=NoiseLevel()))
+    assert (doubt.wrong_weight(fitted, known, believed(fitted)) is not None) == doubted
+
+
+def test_a_weight_is_doubted_beyond_the_noise_that_is_there_not_that_which_is_stated():
+    """Readings scatter 1.8 times as much as stated; the draw is one in which a right weight stands out of that."""
+    right = recorded(Case(hidden=()))
+    scatter = np.random.default_rng(3).standard_normal(right.readings.count)
+    noisy = right.with_values(right.readings.value + 1.5 * reading_sd(right) * scatter)
+    half = right.loads.tension.copy()
+    half[9] *= 0.5
+    halved = replace(noisy, loads=with_tensions(noisy.loads, half, noisy.begins))
+    for noted, doubted in ((noisy, []), (halved, [half[9].max()])):
+        known = doubting(calibrate(Task(noted)), serially)
+        pulled = known.fitted.model.predict.recording.loads.tension
+        assert [pulled[weight.step, weight.cable] for weight in known.doubts.weights] == doubted

@@ -1,13 +1,12 @@
 """Calibration under doubt: gross outliers and weights noted wrongly are found before any physics is judged."""
 
-from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
 from prb3r.diagnosis.evidence.outliers import Doubts, NotedWeight, outlier_inflation, weight_alternatives
-from prb3r.diagnosis.evidence.renewal import renewed
+from prb3r.diagnosis.evidence.renewal import level_under, renewed
 from prb3r.diagnosis.evidence.score_test import scores
 from prb3r.diagnosis.fit.covariance import Noise
 from prb3r.diagnosis.fit.model import Fit
@@ -36,7 +35,7 @@ def without_wrong_weights(fitted: Fit, doubts: Doubts, search: Search) -> tuple[
     """
     settings = fitted.model.settings
     for _ in range(0 if settings.believe_all else settings.most_wrong_weights):
-        wrong = wrong_weight(fitted, search, doubts.weights)
+        wrong = wrong_weight(fitted, search, doubts)
         if wrong is None:
             break
         doubts = replace(doubts, weights=(*doubts.weights, wrong))
@@ -44,24 +43,29 @@ def without_wrong_weights(fitted: Fit, doubts: Doubts, search: Search) -> tuple[
     return fitted, doubts
 
 
-def wrong_weight(fitted: Fit, search: Search, known: Sequence[NotedWeight]) -> NotedWeight | None:
+def wrong_weight(fitted: Fit, search: Search, doubts: Doubts) -> NotedWeight | None:
     """The wrongly noted weight whose score is beyond chance and above that of any effect or moment law; else None.
+
+    Scores are in units of the stated noise.  Where the readings scatter more than stated, so do the scores of right
+    weights, and chance is that of the noise as it is estimated beside all that the library could do.
 
     On the step of the weight with the largest score, that weight counts of which another value explains the readings of
     the step best (:func:`likeliest`).
 
     Parameters
     ----------
-    known : weights that are doubted already, whose steps are not looked at again.
+    doubts : what is doubted already; steps of weights among it are not looked at again.
     """
     sensitivity = tension_response(fitted.model.predict, fitted.solved)
-    doubted = {weight.step for weight in known}
+    doubted = {weight.step for weight in doubts.weights}
     candidates = [weight for weight in weight_alternatives(fitted, sensitivity) if weight.subject.step not in doubted]
     tested = scores(fitted, candidates, search.seed)
     if tested.largest <= tested.naming:
         return None
     others = examine(fitted, search)
     if tested.largest <= others.largest:
+        return None
+    if tested.largest <= tested.naming * level_under(fitted, doubts, search.library).level.scale:
         return None
     step = candidates[int(np.argmax(tested.z))].subject.step
     return likeliest(fitted.model.predict, fitted.model.noise, fitted.solved, step, fitted.model.settings).weight
