@@ -178,3 +178,21 @@ def test_play_is_refused_where_a_study_with_targets_is_checked(folder):
     done = prb3r("check", study)
     assert done.returncode == 2
     assert "reach: tension_play: which tension to pull with depends on the way it changes" in done.stderr
+
+
+@pytest.mark.parametrize(
+    "loads", ["[[step]]\ncable_1_n = 1\n" + METRIC, "[reach]\ntarget = [{ y_m = 0.05 }]\n" + METRIC]
+)
+def test_too_many_plates_for_friction_along_the_path_are_said_where_a_study_is_checked(folder, loads):
+    text = PROTOTYPE.read_text()
+    assert text.count("plates = 7") == 2
+    assert "coefficient = 0.3" in text
+    text = text.replace("plates = 7", "plates = 501").replace(
+        "coefficient = 0.3", 'coefficient = 0.3\ndirection = "history"'
+    )
+    (folder / "manipulator.toml").write_text(text)
+    study = folder / "study.toml"
+    study.write_text(f'name = "s"\ntitle = "t"\nmanipulator = "manipulator.toml"\n{loads}')
+    done = prb3r("check", study)
+    assert done.returncode == 2
+    assert "1,002 plates with friction that follows the cables' travel: at most 1,000" in done.stderr

@@ -14,6 +14,7 @@ from prb3r.model.files.toml import place_of, read_toml
 from prb3r.model.files.toml_lines import Keys, dotted
 from prb3r.model.files.validation import validate
 from prb3r.model.manipulator import Manipulator
+from prb3r.model.solve import history_problem
 from prb3r.model.step_checks import refused, step_problems
 from prb3r.study.axes import axes, count_cases
 from prb3r.study.cases import Cases, Family, label_columns, unchecked_cases
@@ -173,6 +174,9 @@ def _structure_problems(settings: Tree, manipulator: Manipulator) -> Iterator[st
     for name in settings["broken"]:
         if name not in manipulator.cable_names:
             yield f"there is no cable {name!r} to break{did_you_mean(str(name), manipulator.cable_names)}"
+    if manipulator.follows_history and (what := history_problem(manipulator.chain())):
+        yield what
+        return
     loads = [name for name in ("initial", "step", "sweep") if settings[name]]
     for kind in ("cloud", "reach"):
         if settings[kind] and loads:
