@@ -118,7 +118,9 @@ def test_friction_carries_over_and_what_sits_somewhere_does_not(library):
             assert moved.startswith(f"{hypothesis.kind.replace('_', ' ')}, which ")
         else:
             assert not [
-                name for name, _ in hypothesis.place if name not in ("law", "side", "tension_n", "reference_n_per_s")
+                name
+                for name, _ in hypothesis.place
+                if name not in ("law", "side", "elements", "tension_n", "reference_n_per_s")
             ]
             carried.add(hypothesis.kind)
     rules = {"cable_friction", "pulley_friction", "slip_history", "edge_wrap"}
