@@ -57,7 +57,7 @@ def unknown_law(fitted: Fit, log_odds: Mapping[Hypothesis, float]) -> UnknownLaw
     """
     settings, (linear, present) = fitted.model.settings, linear_model(fitted, (), log_odds)
     sets = [frozenset(part) for size in range(len(present) + 1) for part in combinations(sorted(present), size)]
-    fields = dict(_fields(fitted))
+    fields = dict(law_fields(fitted))
     beside = [
         (float(np.max(worth)), name, sets[int(np.argmax(worth))], float(logsumexp(worth)))
         for name, white in fields.items()
@@ -70,7 +70,7 @@ def unknown_law(fitted: Fit, log_odds: Mapping[Hypothesis, float]) -> UnknownLaw
     return UnknownLaw(with_law + chance - float(logsumexp(linear.evidences(sets))), name, left_out)
 
 
-def _fields(fitted: Fit) -> Iterator[tuple[str, np.ndarray]]:
+def law_fields(fitted: Fit) -> Iterator[tuple[str, np.ndarray]]:
     """Name and (r, k) whitened modes of every field that the readings feel, each of unit size."""
     for name, white in (*moment_fields(fitted).items(), (TENSIONS, _tension_field(fitted))):
         if white.any():
