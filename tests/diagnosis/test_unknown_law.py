@@ -18,7 +18,7 @@ from prb3r.diagnosis.fit.prediction import predictor
 from prb3r.diagnosis.library import hypotheses
 from prb3r.diagnosis.library.scope import Scope
 from prb3r.diagnosis.search.columns import linear_model
-from prb3r.diagnosis.search.unknown_law import TENSIONS, law_fields, unknown_law
+from prb3r.diagnosis.search.unknown_law import OF_TENSIONS, law_fields, unknown_law
 from prb3r.model.steps import with_tensions
 
 OFFSETS = tuple(f"tension_offset (cables {cable})" for cable in (1, 2, 3, 4))
@@ -107,7 +107,7 @@ def test_a_law_of_tensions_takes_the_place_of_effects_that_imitate_it(constants,
     wavy = tension * (1 + 0.05 * np.sin(2 * np.pi * tension / tension.max()))
     law = law_of(with_effects(constants, SEVERAL, under_tensions(constants, wavy, seed)))
     assert law.log_odds > STRONG
-    assert law.field == TENSIONS
+    assert law.field == OF_TENSIONS
     assert {hypothesis.name for hypothesis in law.instead_of} > set(OFFSETS[:2])
 
 

@@ -32,7 +32,7 @@ from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.diagnosis.search.columns import linear_model
 from prb3r.diagnosis.search.linear_selection import LinearModel
 
-TENSIONS = "tensions"
+OF_TENSIONS = "tensions"
 """Name of the field of tensions; other fields are named after what their moments go with."""
 
 
@@ -42,7 +42,7 @@ class UnknownLaw(NamedTuple):
     log_odds: float
     """ln of its posterior odds, beside any of the effects that were found, against these effects without it."""
     field: str
-    """What the most probable field goes with: a name of :func:`moment_fields`, or `TENSIONS`."""
+    """What the most probable field goes with: a name of :func:`moment_fields`, or `OF_TENSIONS`."""
     instead_of: tuple[Hypothesis, ...]
     """Effects that are not in the most probable set beside that field."""
 
@@ -72,7 +72,7 @@ def unknown_law(fitted: Fit, log_odds: Mapping[Hypothesis, float]) -> UnknownLaw
 
 def law_fields(fitted: Fit) -> Iterator[tuple[str, np.ndarray]]:
     """Name and (r, k) whitened modes of every field that the readings feel, each of unit size."""
-    for name, white in (*moment_fields(fitted).items(), (TENSIONS, _tension_field(fitted))):
+    for name, white in (*moment_fields(fitted).items(), (OF_TENSIONS, _tension_field(fitted))):
         if white.any():
             yield name, white
 
