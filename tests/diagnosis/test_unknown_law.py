@@ -18,7 +18,7 @@ from prb3r.diagnosis.fit.prediction import predictor
 from prb3r.diagnosis.library import hypotheses
 from prb3r.diagnosis.library.scope import Scope
 from prb3r.diagnosis.search.columns import linear_model
-from prb3r.diagnosis.search.unknown_law import OF_TENSIONS, law_fields, unknown_law
+from prb3r.diagnosis.search.unknown_law import OF_TENSIONS, STAYING, law_fields, unknown_law
 from prb3r.model.steps import with_tensions
 
 OFFSETS = tuple(f"tension_offset (cables {cable})" for cable in (1, 2, 3, 4))
@@ -51,10 +51,15 @@ def law_of(fitted):
 
 def under_tensions(constants, tension, seed):
     """Readings with noise as stated, where cables pull by other tensions (s, m) than those that are noted."""
-    predict, recording = constants.model.predict, constants.model.predict.recording
-    there = with_tensions(recording.loads, tension, recording.begins)
-    exact = predict(constants.constants, (), there)
-    return exact + reading_sd(recording) * np.random.default_rng(seed).standard_normal(len(exact))
+    recording = constants.model.predict.recording
+    return read(constants, with_tensions(recording.loads, tension, recording.begins), seed)
+
+
+def read(constants, loads, seed):
+    """Readings with noise as stated under other loads than those that are noted."""
+    predict = constants.model.predict
+    exact = predict(constants.constants, (), loads)
+    return exact + reading_sd(predict.recording) * np.random.default_rng(seed).standard_normal(len(exact))
 
 
 def test_odds_are_those_of_gaussian_models(constants):
@@ -78,7 +83,7 @@ def test_odds_are_those_of_gaussian_models(constants):
     scatter = [size**2 * field @ field.T for field in fields for size in settings.moment_sizes]
     with_law = logsumexp([summed(np.eye(count) + part) for part in scatter]) - np.log(len(scatter))
     expected = with_law + logit(settings.rare_presence) - summed(np.eye(count))
-    assert len(fields) == 4
+    assert len(fields) == 5
     assert unknown_law(fitted, odds).log_odds == pytest.approx(expected, abs=1e-6)
 
 
@@ -109,6 +114,19 @@ def test_a_law_of_tensions_takes_the_place_of_effects_that_imitate_it(constants,
     assert law.log_odds > STRONG
     assert law.field == OF_TENSIONS
     assert {hypothesis.name for hypothesis in law.instead_of} > set(OFFSETS[:2])
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_set_of_one_plate_takes_the_place_of_drifts_and_offsets(constants, seed):
+    """From some step on a plate is bent, as if a tenth of the largest moment of the cables acted on it."""
+    loads = constants.model.predict.recording.loads
+    moment = loads.moment.copy()
+    moment[9:, 3] += 0.1 * 95.0 * 0.0255
+    law = law_of(
+        with_effects(constants, (*OFFSETS, "tension_drift"), read(constants, loads._replace(moment=moment), seed))
+    )
+    assert law.log_odds > STRONG
+    assert law.field == STAYING
 
 
 @pytest.mark.parametrize("seed", range(3))

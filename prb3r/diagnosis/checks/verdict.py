@@ -13,12 +13,13 @@ from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.search.empirical_law import Closure, close
 from prb3r.diagnosis.search.search import Search
 from prb3r.diagnosis.search.selection import Choice
-from prb3r.diagnosis.search.unknown_law import OF_TENSIONS, unknown_law
+from prb3r.diagnosis.search.unknown_law import OF_TENSIONS, STAYING, unknown_law
 
 FIELDS_MEANT = {
     "loads": "moments on the plates that go smoothly with the loads",
     "loads and slips": "moments on the plates that go smoothly with loads and slips",
     "steps": "moments on the plates that last from step to step",
+    STAYING: "moments that come to single plates and stay",
     OF_TENSIONS: "tensions that go smoothly with the noted ones",
 }
 """What each field of :func:`unknown_law` would be, in words."""
@@ -81,7 +82,9 @@ def why_doubtful(choice: Choice, search: Search) -> str:
     odds = f"{np.exp(law.log_odds):.0f}" if law.log_odds < np.log(MOST_ODDS) else f"more than {MOST_ODDS}"
     names = [hypothesis.name for hypothesis in law.instead_of]
     where = f"in the place of {', '.join(names)}" if names else "beside all effects that were found"
-    return f"a law that no effect of the library has, {FIELDS_MEANT[law.field]}, stands {where} at odds of {odds} to one"
+    return (
+        f"a law that no effect of the library has, {FIELDS_MEANT[law.field]}, stands {where} at odds of {odds} to one"
+    )
 
 
 def empirical_law(

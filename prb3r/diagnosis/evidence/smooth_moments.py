@@ -97,13 +97,10 @@ def moment_fields(fitted: Fit) -> dict[str, np.ndarray]:
 
     Of a field of unit size the moments have the largest one of the cables as their standard deviation.
     """
-    predict, solved, settings = fitted.model.predict, fitted.solved, fitted.model.settings
-    readings = predict.recording.readings
-    pull = float(np.abs(solved.loads.tension).max(initial=0.0) * np.abs(solved.chain.offset).max(initial=0.0)) or 1.0
-    moment = pull * moment_response(predict, solved, pull)
+    predict, settings, moment = fitted.model.predict, fitted.model.settings, response_to_moments(fitted)
     plates = np.arange(moment.shape[1], dtype=float)
     on_arm = moment @ leading_modes(gaussian_correlation(plates[:, None], settings.alike_plates), settings)
-    forces, slips = _relative(solved.loads)
+    forces, slips = _relative(fitted.solved.loads)
     step = np.arange(len(slips), dtype=float)[:, None]
     of_sequence = predict.recording.of_sequence
     fields = {
@@ -111,11 +108,28 @@ def moment_fields(fitted: Fit) -> dict[str, np.ndarray]:
         "loads and slips": gaussian_correlation(np.hstack([forces, slips]), settings.alike_loads),
         "steps": gaussian_correlation(step, settings.alike_steps) * (of_sequence[:, None] == of_sequence),
     }
-    moved = {}
-    for name, together in fields.items():
-        over = leading_modes(together, settings)[readings.step]
-        moved[name] = fitted.model.noise.whiten((on_arm[:, :, None] * over[:, None, :]).reshape(readings.count, -1))
-    return moved
+    return {name: modes_of_field(fitted, on_arm, together) for name, together in fields.items()}
+
+
+def response_to_moments(fitted: Fit) -> np.ndarray:
+    """(r, n) change of every reading by a moment on each plate at its own step, as large as the largest of the cables,
+    m or rad."""
+    solved = fitted.solved
+    pull = float(np.abs(solved.loads.tension).max(initial=0.0) * np.abs(solved.chain.offset).max(initial=0.0)) or 1.0
+    return pull * moment_response(fitted.model.predict, solved, pull)
+
+
+def modes_of_field(fitted: Fit, on_arm: np.ndarray, over_steps: np.ndarray) -> np.ndarray:
+    """(r, k) whitened change of the readings by each mode of a field of moments.
+
+    Parameters
+    ----------
+    on_arm : (r, a) change of every reading by each mode along the arm.
+    over_steps : (s, s) covariance of the size of each of them over the steps.
+    """
+    readings = fitted.model.predict.recording.readings
+    over = leading_modes(over_steps, fitted.model.settings)[readings.step]
+    return fitted.model.noise.whiten((on_arm[:, :, None] * over[:, None, :]).reshape(readings.count, -1))
 
 
 def _relative(loads: Loads) -> tuple[np.ndarray, np.ndarray]:

@@ -4,9 +4,9 @@ A law outside the library is described by several effects together, each of whic
 there.  But these effects cost the evidence their improbability and their sizes, where one law would do.  Such a law is
 supposed as a Gaussian process, the discrepancy of Kennedy and O'Hagan (J. R. Statist. Soc. B 63 (2001) 425): moments on
 the plates that change smoothly with the loads, with loads and slips or from step to step (:func:`moment_fields`), or
-tensions that are smooth functions of the noted ones.  In the linearised model a field with the covariance
-:math:`z^2 \Phi \Phi^T` of the whitened readings is one more noise.  With its directions :math:`u_i` and the variances
-:math:`z^2 \lambda_i` along them, the empty set of effects gains
+that come to single plates and stay; or tensions that are smooth functions of the noted ones.  In the linearised model a
+field with the covariance :math:`z^2 \Phi \Phi^T` of the whitened readings is one more noise.  With its directions
+:math:`u_i` and the variances :math:`z^2 \lambda_i` along them, the empty set of effects gains
 
 .. math:: \tfrac12 \sum_i \frac{z^2 \lambda_i}{1 + z^2 \lambda_i} (u_i \cdot y)^2
           - \tfrac12 \sum_i \ln (1 + z^2 \lambda_i)
@@ -24,7 +24,13 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import logit, logsumexp
 
-from prb3r.diagnosis.evidence.smooth_moments import gaussian_correlation, leading_modes, moment_fields
+from prb3r.diagnosis.evidence.smooth_moments import (
+    gaussian_correlation,
+    leading_modes,
+    modes_of_field,
+    moment_fields,
+    response_to_moments,
+)
 from prb3r.diagnosis.fit.basis import basis_of, left_singular, projected_out
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.fit.response import tension_response
@@ -32,8 +38,8 @@ from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.diagnosis.search.columns import linear_model
 from prb3r.diagnosis.search.linear_selection import LinearModel
 
-OF_TENSIONS = "tensions"
-"""Name of the field of tensions; other fields are named after what their moments go with."""
+OF_TENSIONS, STAYING = "tensions", "staying"
+"""Names of the fields of tensions and of moments that stay; the others are named after what their moments go with."""
 
 
 class UnknownLaw(NamedTuple):
@@ -42,7 +48,7 @@ class UnknownLaw(NamedTuple):
     log_odds: float
     """ln of its posterior odds, beside any of the effects that were found, against these effects without it."""
     field: str
-    """What the most probable field goes with: a name of :func:`moment_fields`, or `OF_TENSIONS`."""
+    """What the most probable field goes with: a name of :func:`moment_fields`, `STAYING` or `OF_TENSIONS`."""
     instead_of: tuple[Hypothesis, ...]
     """Effects that are not in the most probable set beside that field."""
 
@@ -72,9 +78,17 @@ def unknown_law(fitted: Fit, log_odds: Mapping[Hypothesis, float]) -> UnknownLaw
 
 def law_fields(fitted: Fit) -> Iterator[tuple[str, np.ndarray]]:
     """Name and (r, k) whitened modes of every field that the readings feel, each of unit size."""
-    for name, white in (*moment_fields(fitted).items(), (OF_TENSIONS, _tension_field(fitted))):
+    others = (STAYING, _staying_field(fitted)), (OF_TENSIONS, _tension_field(fitted))
+    for name, white in (*moment_fields(fitted).items(), *others):
         if white.any():
             yield name, white
+
+
+def _staying_field(fitted: Fit) -> np.ndarray:
+    """(r, k) whitened change of the readings by each mode of moments that every plate has of its own and that go on as
+    a random walk from step to step, of unit size at the last: as of a plate that takes a set, or of a crack."""
+    place = np.arange(1.0, fitted.model.predict.recording.loads.steps + 1)
+    return modes_of_field(fitted, response_to_moments(fitted), np.minimum(place[:, None], place) / len(place))
 
 
 def _tension_field(fitted: Fit) -> np.ndarray:
