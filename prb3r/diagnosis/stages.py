@@ -15,7 +15,7 @@ from prb3r.diagnosis.checks.residuals import model_checks
 from prb3r.diagnosis.checks.set_aside import set_aside
 from prb3r.diagnosis.checks.setup.find import Blunder
 from prb3r.diagnosis.checks.tolerated import tolerances_told
-from prb3r.diagnosis.checks.verdict import empirical_law, why_unexplained
+from prb3r.diagnosis.checks.verdict import empirical_law, why_doubtful, why_unexplained
 from prb3r.diagnosis.evidence.stated_accuracy import share_of_stated
 from prb3r.diagnosis.fit.calibrate import fit_constants
 from prb3r.diagnosis.fit.prediction import predictor
@@ -169,6 +169,7 @@ def check(searched: Searched, blunder: Blunder | None = None) -> Investigation:
     wrong = (*choice.doubts.weights, *(fresh.doubted if fresh else ()))
     checks, cables = model_checks(choice, judged), training.manipulator.cable_names
     why = why_unexplained(choice, failed, [cables[weight.cable] for weight in wrong], checks)
+    why = why or why_doubtful(choice, doubted.search)
     refuted = () if fresh is None or why else choice.refuted_by(fresh.refutes)
     choice = choice.without(refuted)
     effects = range(len(choice.fitted.model.hypotheses))

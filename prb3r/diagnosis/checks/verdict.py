@@ -11,7 +11,20 @@ from prb3r.diagnosis.evidence.model_evidence import cost
 from prb3r.diagnosis.evidence.stated_accuracy import share_of_stated
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.search.empirical_law import Closure, close
+from prb3r.diagnosis.search.search import Search
 from prb3r.diagnosis.search.selection import Choice
+from prb3r.diagnosis.search.unknown_law import OF_TENSIONS, STAYING, unknown_law
+
+FIELDS_MEANT = {
+    "loads": "moments on the plates that go smoothly with the loads",
+    "loads and slips": "moments on the plates that go smoothly with loads and slips",
+    "steps": "moments on the plates that last from step to step",
+    STAYING: "moments that come to single plates and stay",
+    OF_TENSIONS: "tensions that go smoothly with the noted ones",
+}
+"""What each field of :func:`unknown_law` would be, in words."""
+MOST_ODDS = 1000
+"""Odds up to which they are told as a number."""
 
 
 def why_unexplained(
@@ -52,6 +65,26 @@ def why_unexplained(
     if lasting and not choice.kinds and share_of_stated(choice.fitted, choice.doubts) >= 1:
         return "what is left lasts from step to step, as noise does not: something moves that no effect here moves so"
     return ""
+
+
+def why_doubtful(choice: Choice, search: Search) -> str:
+    """Why the effects of a choice that passes every check are doubtful all the same: one law outside the library is
+    likelier than they are, by the odds that are asked of an effect that is named; empty if none is.
+
+    It is not asked where something is left, which is judged by its size, nor where other recordings speak for effects.
+    """
+    best, settings = choice.survivors[0].fitted, choice.fitted.model.settings
+    if choice.structured or not choice.kinds or best.model.belief is not None:
+        return ""
+    law = unknown_law(best, search.log_odds)
+    if law.log_odds <= np.log(settings.likelihood_ratio):
+        return ""
+    odds = f"{np.exp(law.log_odds):.0f}" if law.log_odds < np.log(MOST_ODDS) else f"more than {MOST_ODDS}"
+    names = [hypothesis.name for hypothesis in law.instead_of]
+    where = f"in the place of {', '.join(names)}" if names else "beside all effects that were found"
+    return (
+        f"a law that no effect of the library has, {FIELDS_MEANT[law.field]}, stands {where} at odds of {odds} to one"
+    )
 
 
 def empirical_law(

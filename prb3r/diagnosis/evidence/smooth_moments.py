@@ -79,33 +79,57 @@ def _exceeded(ordered: np.ndarray, score: np.ndarray | float) -> np.ndarray:
 
 
 def _fields(fitted: Fit, explained: np.ndarray) -> Iterator[Field]:
-    """Three fields of moments that are alike on neighbouring plates: under like loads, under like loads and slips, and
-    from step to step.
+    """The fields of :func:`moment_fields`, freed of what is fitted.
 
     Parameters
     ----------
     explained : (r, p) orthonormal basis of what the parameters can do to the whitened readings.
     """
-    predict, solved, settings = fitted.model.predict, fitted.solved, fitted.model.settings
-    readings = predict.recording.readings
-    pull = float(np.abs(solved.loads.tension).max(initial=0.0) * np.abs(solved.chain.offset).max(initial=0.0)) or 1.0
-    moment = pull * moment_response(predict, solved, pull)
-    plates = np.arange(moment.shape[1], dtype=float)
-    on_arm = moment @ _modes(_alike(plates[:, None], settings.alike_plates), settings)
-    forces, slips = _relative(solved.loads)
-    step = np.arange(len(slips), dtype=float)[:, None]
-    of_sequence = predict.recording.of_sequence
-    for alike in (
-        _alike(forces, settings.alike_loads),
-        _alike(np.hstack([forces, slips]), settings.alike_loads),
-        _alike(step, settings.alike_steps) * (of_sequence[:, None] == of_sequence),
-    ):
-        over = _modes(alike, settings)
-        moved = (on_arm[:, :, None] * over[readings.step][:, None, :]).reshape(readings.count, -1)
-        white = fitted.model.noise.whiten(moved)
+    for white in moment_fields(fitted).values():
         axes, size = left_singular(white - explained @ (explained.T @ white))
         felt = size**2 > FELT_SHARE * size[0] ** 2
         yield Field(axes[:, felt], size[felt] ** 2)
+
+
+def moment_fields(fitted: Fit) -> dict[str, np.ndarray]:
+    """(r, k) whitened change of the readings by each mode of three fields of moments that are alike on neighbouring
+    plates: under like loads, under like loads and slips, and from step to step; by what their moments go with.
+
+    Of a field of unit size the moments have the largest one of the cables as their standard deviation.
+    """
+    predict, settings, moment = fitted.model.predict, fitted.model.settings, response_to_moments(fitted)
+    plates = np.arange(moment.shape[1], dtype=float)
+    on_arm = moment @ leading_modes(gaussian_correlation(plates[:, None], settings.alike_plates), settings)
+    forces, slips = _relative(fitted.solved.loads)
+    step = np.arange(len(slips), dtype=float)[:, None]
+    of_sequence = predict.recording.of_sequence
+    fields = {
+        "loads": gaussian_correlation(forces, settings.alike_loads),
+        "loads and slips": gaussian_correlation(np.hstack([forces, slips]), settings.alike_loads),
+        "steps": gaussian_correlation(step, settings.alike_steps) * (of_sequence[:, None] == of_sequence),
+    }
+    return {name: modes_of_field(fitted, on_arm, together) for name, together in fields.items()}
+
+
+def response_to_moments(fitted: Fit) -> np.ndarray:
+    """(r, n) change of every reading by a moment on each plate at its own step, as large as the largest of the cables,
+    m or rad."""
+    solved = fitted.solved
+    pull = float(np.abs(solved.loads.tension).max(initial=0.0) * np.abs(solved.chain.offset).max(initial=0.0)) or 1.0
+    return pull * moment_response(fitted.model.predict, solved, pull)
+
+
+def modes_of_field(fitted: Fit, on_arm: np.ndarray, over_steps: np.ndarray) -> np.ndarray:
+    """(r, k) whitened change of the readings by each mode of a field of moments.
+
+    Parameters
+    ----------
+    on_arm : (r, a) change of every reading by each mode along the arm.
+    over_steps : (s, s) covariance of the size of each of them over the steps.
+    """
+    readings = fitted.model.predict.recording.readings
+    over = leading_modes(over_steps, fitted.model.settings)[readings.step]
+    return fitted.model.noise.whiten((on_arm[:, :, None] * over[:, None, :]).reshape(readings.count, -1))
 
 
 def _relative(loads: Loads) -> tuple[np.ndarray, np.ndarray]:
@@ -115,13 +139,13 @@ def _relative(loads: Loads) -> tuple[np.ndarray, np.ndarray]:
     return np.hstack(shares), loads.slip / 2
 
 
-def _alike(places: np.ndarray, reach: float) -> np.ndarray:
+def gaussian_correlation(places: np.ndarray, reach: float) -> np.ndarray:
     """(s, s) Gaussian correlation exp(-d^2 / (2 reach^2)) of points at the distance d, with the coordinates `places`
     (s, k)."""
     return np.exp(-((places[:, None] - places) ** 2).sum(-1) / (2 * reach**2))
 
 
-def _modes(covariance: np.ndarray, settings: Settings) -> np.ndarray:
+def leading_modes(covariance: np.ndarray, settings: Settings) -> np.ndarray:
     """(n, k) root of a `covariance` (n, n) by its largest modes, in descending order: as many as make up
     `Settings.field_share` of its trace, and at most `Settings.most_field_modes`."""
     variance, axes = np.linalg.eigh(covariance)

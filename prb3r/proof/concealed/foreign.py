@@ -49,6 +49,8 @@ class ForeignLaw(NamedTuple):
     """Whether its action changes in jumps as its size grows."""
     of_the_kind: bool = True
     """Whether another design of the same making has it too; else it is a fault of one arm or of one set-up."""
+    held_by: str = ""
+    """Kind of effect of the library that is the law in another form, or of which several together are; empty: none."""
 
 
 def _friction_grows(at: Instant, u: float, step: Mapping[str, float]) -> Change:
@@ -115,9 +117,13 @@ def _frame_moves(at: Instant, u: float, step: Mapping[str, float]) -> Change:
 
 
 LAWS: dict[str, ForeignLaw] = {
-    "friction_grows": ForeignLaw(_friction_grows, SETTINGS.foreign.largest_friction_growth),
+    "friction_grows": ForeignLaw(
+        _friction_grows, SETTINGS.foreign.largest_friction_growth, held_by="load_dependent_friction"
+    ),
     "creep": ForeignLaw(_creep, SETTINGS.foreign.largest_creep),
-    "waves": ForeignLaw(_waves, SETTINGS.foreign.largest_waves, signed=True, of_the_kind=False),
+    "waves": ForeignLaw(
+        _waves, SETTINGS.foreign.largest_waves, signed=True, of_the_kind=False, held_by="weakened_plate"
+    ),
     "yielding": ForeignLaw(_yielding, SETTINGS.foreign.largest_yielding, signed=True),
     "dead_zone": ForeignLaw(_dead_zone, SETTINGS.foreign.largest_dead_zone, jumps=True),
     "saturation": ForeignLaw(_saturation, SETTINGS.foreign.largest_saturation),

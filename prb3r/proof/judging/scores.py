@@ -6,6 +6,7 @@ import numpy as np
 
 from prb3r.proof.concealed.drawing import OUTSIDE
 from prb3r.proof.concealed.elsewhere import OTHER_DESIGN
+from prb3r.proof.concealed.foreign import LAWS
 from prb3r.proof.judging.goals import Goal, Measure, Test, share_measure
 from prb3r.proof.judging.intervals import Score, median_of, ratio_of, share_of
 from prb3r.proof.judging.opened import (
@@ -83,6 +84,16 @@ def outside(case: OpenedCase) -> bool:
 def far_outside(case: OpenedCase) -> bool:
     """Whether the physics is outside the library, and no two effects of the library together come near it."""
     return outside(case) and (case.label.pair_distance or 0.0) >= SETTINGS.sizes.apart
+
+
+def held_by(case: OpenedCase) -> str:
+    """The kind of effect by which the library holds the foreign law of a recording after all; empty: none, no law."""
+    return LAWS[case.label.foreign[0]].held_by if outside(case) and case.label.foreign else ""
+
+
+def _by_no_kind(case: OpenedCase) -> bool:
+    """Whether the physics is outside the library, and no law that effects of one kind are in another form."""
+    return outside(case) and not held_by(case)
 
 
 def _asked_elsewhere(case: OpenedCase) -> bool:
@@ -227,6 +238,26 @@ INFORMATION: tuple[Goal, ...] = (
         "",
         (),
         share_measure(far_outside, lambda c: bool(confident(c.verdict)) or failed(c)),
+    ),
+    Goal(
+        "outside, no law that effects of one kind are: `unexplained`",
+        "",
+        (),
+        share_measure(_by_no_kind, lambda c: c.verdict.verdict == "unexplained"),
+    ),
+    Goal(
+        "outside, no law that effects of one kind are: wrong confident name",
+        "",
+        (),
+        share_measure(_by_no_kind, lambda c: bool(confident(c.verdict)) or failed(c)),
+    ),
+    Goal(
+        "outside, a law that effects of one kind are: this kind named",
+        "",
+        (),
+        share_measure(
+            lambda c: bool(held_by(c)), lambda c: held_by(c) in {claim.kind for claim in confident(c.verdict)}
+        ),
     ),
     Goal("decoys with a named effect", "", (), share_measure(_of("decoy"), named_or_failed)),
     Goal("held-out chi-square a reading, median", "", (), _after),
