@@ -45,15 +45,17 @@ def test_a_bending_law_carries_over_as_strain(law):
     assert SUSPECTS["nonlinear_plate"].transfer(moved, there, here) == effect
 
 
+def rods(*diameters):
+    """An arm of segments of round rods of these diameters, m, known by their stiffness alone."""
+    plain, modulus = recorded(Case(hidden=())).manipulator.model_dump(exclude_none=True), 1.87e11
+    stiffness = [modulus * np.pi * d**4 / 64 for d in diameters]
+    segments = [bare_sections(bending_stiffness_n_m2=each)[0] for each in stiffness]
+    return Manipulator.model_validate(plain | {"segment": segments})
+
+
 def test_between_sections_known_by_their_stiffness_alone_a_law_carries_over_as_if_they_had_one_shape():
     """Round rods of another diameter: the same strain is reached at a curvature smaller by the ratio of diameters."""
-    plain, modulus, diameter = recorded(Case(hidden=())).manipulator.model_dump(exclude_none=True), 1.87e11, 1e-3
-
-    def rods(*diameters):
-        stiffness = [modulus * np.pi * d**4 / 64 for d in diameters]
-        segments = [bare_sections(bending_stiffness_n_m2=each)[0] for each in stiffness]
-        return Manipulator.model_validate(plain | {"segment": segments})
-
+    diameter = 1e-3
     here, there = rods(diameter, diameter), rods(2 * diameter, 1.5 * diameter)
     law = NonlinearPlate(kind="nonlinear_plate", law="bilinear", knee_per_m=2.0, ratio=0.4)
     transfer = SUSPECTS["nonlinear_plate"].transfer
@@ -84,6 +86,16 @@ def test_loops_carry_over_as_strain():
     assert transfer(strained, here, there) == strained
     unknown = Manipulator.model_validate(here.model_dump(exclude_none=True) | {"segment": bare_sections()})
     assert "needs outer_fibre_m" in transfer(curved, here, unknown)
+
+
+def test_loops_of_sections_of_one_shape_carry_over_by_their_size():
+    """Of round rods, whose fibres no file tells, one twice as thick is as strained at half the curvature; in the mean
+    over the plates where they differ."""
+    loops = EFFECT_KINDS["hysteretic_plate"](kind="hysteretic_plate", slipping_share=0.4, yield_per_m=2.0)
+    transfer, here = SUSPECTS["hysteretic_plate"].transfer, rods(1e-3, 1e-3)
+    assert transfer(loops, here, rods(2e-3, 2e-3)).yield_per_m == pytest.approx(1.0)
+    assert transfer(loops, here, rods(1e-3, 3e-3)).yield_per_m == pytest.approx(1.0)
+    assert transfer(loops, rods(1e-3, 3e-3), here).yield_per_m == pytest.approx(4.0)
 
 
 def test_a_bending_law_stays_where_no_fibre_is_known():

@@ -14,7 +14,7 @@ from prb3r.diagnosis.library.scope import Place, Scope
 from prb3r.diagnosis.library.suspect import Occurrence, effect_in_words
 from prb3r.mechanics.plate_law import MOST_ELEMENTS
 from prb3r.model.effects.base import Effect
-from prb3r.model.effects.plates import HystereticPlate, NonlinearPlate, relative_size
+from prb3r.model.effects.plates import HystereticPlate, NonlinearPlate
 from prb3r.model.manipulator import Manipulator
 
 SAME_SECTION = 1e-6
@@ -110,14 +110,22 @@ def as_strain(effect: Effect, here: Manipulator, there: Manipulator) -> Effect |
 
 
 def _of_one_shape(effect: NonlinearPlate, here: Manipulator, there: Manipulator) -> Effect:
-    """The law on sections of one shape, whose size is the fourth root of their second moment of area."""
-    second_moments = [rig.bending_stiffness[0] / rig.youngs_modulus_pa for rig in (here, there)]
-    first = float(relative_size(np.array(second_moments))[1])  # plate 1 there over plate 1 here
-    mean, mean_there = (float(np.mean(relative_size(rig.bending_stiffness))) for rig in (here, there))
-    told_of = 1.0 if effect.sections else mean  # the plate whose curvature the law tells, over plate 1 here
+    """The law on sections of one shape, which each reach the same strain at a curvature of their own."""
     if effect.law == "cubic":
-        return _at_curvatures(effect, first * mean_there / told_of)
-    return _at_curvatures(effect.model_copy(update={"sections": "similar"}), first / told_of)
+        return _at_curvatures(effect, _mean_size(there) / _mean_size(here))
+    first, other = (float(_sizes(rig)[0]) for rig in (here, there))
+    told_of = first if effect.sections else _mean_size(here)  # the section whose curvature the law tells
+    return _at_curvatures(effect.model_copy(update={"sections": "similar"}), other / told_of)
+
+
+def _sizes(manipulator: Manipulator) -> np.ndarray:
+    """(n,) sizes of the sections as if all had one shape, in its own unit: fourth roots of second moments of area."""
+    return np.array((manipulator.bending_stiffness / manipulator.youngs_modulus_pa) ** 0.25)
+
+
+def _mean_size(manipulator: Manipulator) -> float:
+    """Mean over all plates of :func:`_sizes`."""
+    return float(np.mean(_sizes(manipulator)))
 
 
 def _at_curvatures(effect: NonlinearPlate, size: float) -> NonlinearPlate:
@@ -170,13 +178,16 @@ def said_of_loops(fitted: Occurrence) -> str:
 
 def loops_as_strain(effect: Effect, here: Manipulator, there: Manipulator) -> Effect | str:
     """The effect of `here` on the manipulator `there`, or the reason why it cannot be carried over: unchanged between
-    equal sections, else at the same strain of the outermost fibre (mean distance over the plates)."""
+    equal sections, else at the same strain of the outermost fibre (mean distance over the plates); where no outer fibre
+    is known on either manipulator, as if all sections had one shape."""
     assert isinstance(effect, HystereticPlate)
     if same_parts(_sections(here), _sections(there)):
         return effect
     fibre, other = here.outer_fibre, there.outer_fibre
-    if not np.isfinite(other).all() or (effect.yield_strain is None and not np.isfinite(fibre).all()):
-        return f"{effect_in_words(effect)}, which {NEEDS_FIBRE}"
-    if effect.yield_per_m is None:
+    unknown = np.isnan(fibre).all() and np.isnan(other).all()
+    if effect.yield_per_m is not None and (unknown or np.isfinite([*fibre, *other]).all()):
+        wider = _mean_size(there) / _mean_size(here) if unknown else float(np.mean(other) / np.mean(fibre))
+        return effect.model_copy(update={"yield_per_m": effect.yield_per_m / wider})
+    if effect.yield_per_m is None and np.isfinite(other).all():
         return effect
-    return effect.model_copy(update={"yield_per_m": effect.yield_per_m * float(np.mean(fibre) / np.mean(other))})
+    return f"{effect_in_words(effect)}, which {NEEDS_FIBRE}"
