@@ -114,6 +114,14 @@ def test_the_ranking_marks_winner_rivals_and_chance():
     assert widths == sorted(widths, reverse=True)
 
 
+def test_no_place_in_the_ranking_is_written_across_the_line_of_chance():
+    (axes,) = ranking(diagnosed()).axes
+    (line,) = [each for each in axes.lines if each.get_linestyle() == "--"]
+    places = [note.xy[0] for note in axes.texts if note.get_text()]
+    bars = [bar.get_width() for bar in axes.patches]
+    assert min(bars) < line.get_xdata()[0] <= min(places)
+
+
 def test_profiles_meet_the_line_at_the_interval():
     found = diagnosed()
     (axes,) = profiles(found).axes

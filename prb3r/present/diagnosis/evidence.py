@@ -96,7 +96,7 @@ def ranking(diagnosis: Diagnosis) -> Figure:
         axes.barh(row, bar.z, height=0.72, lw=0.6, **looks[bar.role])
         winner = f"or {spaced(bar.winner)}" if bar.winner else ""
         note = "; ".join(filter(None, [short_place(bar.place), winner]))
-        at = (bar.z, row)
+        at = (max(bar.z, threshold), row)  # beside the bar, or beyond the line that would cross it
         axes.annotate(note, at, (3, 0), textcoords="offset points", va="center", fontsize=6.5, color=style.QUIET)
     axes.axvline(threshold, color=style.INK, ls=(0, (4, 2)), lw=0.8)
     axes.set_yticks(range(len(rows)), [spaced(kind) for kind in rows["effect"]])
