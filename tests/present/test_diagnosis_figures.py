@@ -179,6 +179,17 @@ def test_the_page_says_the_verdict_and_what_calibration_had_hidden():
     assert "cannot tell apart" in other["verdict"]
 
 
+def test_effects_that_meet_the_noise_in_vain_are_doubtful_and_not_poor(tmp_path):
+    """Where one law outside the library is likelier than the effects, the fit is good all the same."""
+    poor = diagnosed(UNEXPLAINED)
+    pages = []
+    for name, found in (("poor", poor), ("doubtful", replace(poor, structured=False))):
+        publish_diagnosis(found, tmp_path / name)
+        pages.append((tmp_path / name / "report.html").read_text())
+    assert ["where the fit is still poor" in page for page in pages] == [True, False]
+    assert ["doubtful for the reason above" in page for page in pages] == [False, True]
+
+
 def test_a_place_with_a_unit_is_said_with_it():
     assert spaced("load_dependent_friction (tension_n 2.5)") == "load dependent friction (tension 2.5 N)"
     assert spaced("worn_hole (disk 2, cables 1)") == "worn hole (disk 2, cables 1)"

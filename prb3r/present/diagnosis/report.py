@@ -97,6 +97,7 @@ def content(diagnosis: Diagnosis) -> dict[str, object]:
         "where": diagnosis.mismatch.statement,
         "effects": [f"{'In part: ' if effect.partial else ''}{effect.statement}" for effect in diagnosis.effects],
         "partial": bool(diagnosis.why),
+        "poor": diagnosis.structured,
         "closure": say.law_sentence(diagnosis),
         "parameters": _parameters(diagnosis),
         "errors": _errors(diagnosis),
