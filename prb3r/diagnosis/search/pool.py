@@ -48,7 +48,7 @@ class Survivor:
 class Pool:
     """All models that were fitted in full under one covariance, by their sets of effects.
 
-    `expanded`, `exchanged` and `thinned` hold the sets for which that was done already.
+    `expanded`, `exchanged`, `thinned` and `parted` (:meth:`fit_parts`) hold the sets for which that was done already.
     """
 
     def __init__(self, search: Search, settings: Settings, fits: Iterable[Fit | None]) -> None:
@@ -58,6 +58,7 @@ class Pool:
         self.expanded: set[Effects] = set()
         self.exchanged: set[Effects] = set()
         self.thinned: set[Effects] = set()
+        self.parted: set[Effects] = set()
         for fitted in fits:
             self.add(fitted)
 
@@ -179,9 +180,9 @@ class Pool:
         least = self.evidence[self.ranked[0]] - np.log(self.settings.survival_odds)
         tasks = list[tuple[Fit, int, float]]()
         for effects in self.ranked:
-            if self.evidence[effects] < least or effects in self.thinned:
+            if self.evidence[effects] < least or effects in self.thinned | self.parted:
                 continue
-            self.thinned.add(effects)
+            self.parted.add(effects)
             fitted = self.fits[effects]
             for hypothesis in self._least_missed(fitted, self.evidence[effects] - least):
                 rest = effects - {hypothesis}
@@ -226,7 +227,7 @@ class Pool:
         chosen = self.worth_keeping()
         tasks = [(replace(self.fits[effects].model, noise=noise), self.fits[effects].p, np.inf) for effects in chosen]
         pool = Pool(self.search, self.settings, self.search.apply(_fitted, tasks))
-        pool.thinned = set(self.thinned)
+        pool.thinned, pool.parted = set(self.thinned), set(self.parted)
         return pool
 
     def worth_keeping(self) -> list[Effects]:
