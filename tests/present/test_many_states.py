@@ -80,6 +80,12 @@ def test_of_a_cloud_only_the_columns_that_are_drawn_are_read(solved, monkeypatch
     assert tips["step"].tolist() == list(range(1, 65))
 
 
+def test_manipulators_of_a_cloud_are_drawn_with_the_angles_of_their_disks(solved):
+    shapes = '[[plot]]\nname = "arms"\nkind = "shapes"\n'
+    result = solved(CLOUD.replace("state_disks = [14]\n", "") + shapes)
+    assert result.folder / "arms.png" in publish(result)
+
+
 def test_a_page_without_pictures_loads_no_library_that_draws(tmp_path):
     (tmp_path / "many.toml").write_text(STUDY)
     script = (

@@ -15,7 +15,8 @@ from prb3r.study.run import Result
 MOST_ROWS, FEWEST_LOADS = 2**21, 2**10
 """Rows of states that are read at most, but at least so many loads of every cloud."""
 ALWAYS = ("case_id", "step", "disk", "x_m", "y_m")
-"""Columns of the states of clouds that are always read; others are if the study names them."""
+"""Columns of the states of clouds that are always read; others are if the study names them, angles if a plot draws
+them."""
 
 
 def loads_to_draw(result: Result) -> int | None:
@@ -40,7 +41,8 @@ def states_to_draw(result: Result) -> pd.DataFrame | None:
         return None
     if plan.study.cloud is not None and plan.study.states == "path":
         most = loads_to_draw(result) or _most_loads(result)
-        return read_first(table, {*ALWAYS, *named_columns(plan.study)}, "step", most).to_pandas()
+        angles = {"angle_rad"} if any(plot.of_angles for plot in plan.study.plot) else set[str]()
+        return read_first(table, {*ALWAYS, *angles, *named_columns(plan.study)}, "step", most).to_pandas()
     drawn = any(plot.of_states or not _columns_drawn(plot) <= set(result.cases) for plot in plan.study.plot)
     if drawn or (rows := count_rows(table)) <= MOST_ROWS:
         return result.states()

@@ -57,6 +57,8 @@ class Plot(Strict, ABC):
     """Whether a row of states, as the plot takes them, is one step of a case; else it is one disk in a step."""
     of_states: ClassVar[bool] = False
     """Whether the plot draws states, whichever columns it names."""
+    of_angles: ClassVar[bool] = False
+    """Whether it draws angles of disks in these states, not their places alone."""
 
     def columns(self) -> list[str | None]:
         """Every column of cases or states that the plot names; None for absent options."""

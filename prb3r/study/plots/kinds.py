@@ -87,6 +87,7 @@ class LoopsPlot(Charted, Panelled):
     kind: Literal["loops"]
 
     of_states: ClassVar[bool] = True
+    of_angles: ClassVar[bool] = True
 
     def needs(self, kept: KeptTables) -> Iterator[str]:
         if kept.states != "path":
@@ -110,6 +111,7 @@ class ShapesPlot(Styled, Panelled):
 
     stepwise: ClassVar[bool] = True
     of_states: ClassVar[bool] = True
+    of_angles: ClassVar[bool] = True
 
     def columns(self) -> list[str | None]:
         return [*super().columns(), *self.reference]
@@ -143,6 +145,7 @@ class PathPlot(Panelled):
     kind: Literal["path"]
 
     of_states: ClassVar[bool] = True
+    of_angles: ClassVar[bool] = True
 
     def needs(self, kept: KeptTables) -> Iterator[str]:
         if not kept.targets or kept.states != "path" or kept.disks is not None:
