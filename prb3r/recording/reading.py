@@ -108,7 +108,8 @@ def _table(folder: Path, name: str, findings: Findings) -> tuple[str, pd.DataFra
 
     The table is None, and the file may be empty, where there are problems; these are added to `findings`.
     """
-    files = [file for file in sorted(folder.glob(f"{name}.*")) if file.suffix.lower() in TABLE_SUFFIXES]
+    there = (file for file in sorted(folder.glob(f"{name}.*")) if file.stem == name)
+    files = [file for file in there if file.suffix.lower() in TABLE_SUFFIXES]
     if len(files) != 1:
         what = (
             f"both {' and '.join(file.name for file in files)}; keep one"

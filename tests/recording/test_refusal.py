@@ -140,6 +140,18 @@ def test_files_that_are_not_there_or_twice(bench, tmp_path):
     ]
 
 
+def test_a_table_that_is_kept_beside_the_steps_under_another_name_is_none_of_the_recording(bench):
+    bench.write()
+    (bench.folder / "steps.old.csv").write_text("sequence,step\na,1\n")
+    assert load_recording(bench.folder).readings.count == bench.cells
+
+
+def test_a_recording_file_that_names_its_manipulator_alone_is_still_a_recording(bench):
+    bench.write()
+    (bench.folder / "recording.toml").write_text('name = "bench"\nmanipulator = "manipulator.toml"\n')
+    assert bench.refusal(written=False) == ["bench/recording.toml:1: 'measurement' is missing"]
+
+
 def test_one_mistake_is_told_once(bench):
     """Decimal commas leave no lengths to be judged, a wrong unit in a name is no lack of readings."""
     clean = bench.markers

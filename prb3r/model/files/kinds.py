@@ -29,8 +29,9 @@ def with_article(kind: str) -> str:
 def wrong_kind(data: Mapping[str, object], kind: str) -> str:
     """What is said of a file with the contents `data` that stands in the place of a file of a `kind`; empty if it is of
     this kind, or of none."""
-    found, kinds = kind_of_keys(data.keys()), {**FILE_KINDS, "requirements": WISHES}
-    own = kinds.get(kind, data.keys()) - {"manipulator"}  # which studies and recordings name
+    kinds = {**FILE_KINDS, "requirements": WISHES}
+    own = kinds.get(kind, data.keys()) - {"manipulator"}  # which studies and recordings name, so that it tells neither
+    found = kind_of_keys(data.keys() - {"manipulator"} if kind == "recording" else data.keys())
     if found in ("", kind) or not own.isdisjoint(data.keys()):
         return ""
     named = data.get("manipulator")
