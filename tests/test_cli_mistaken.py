@@ -157,7 +157,16 @@ def test_of_zipped_factors_the_pairs_differ(folder):
     study.write_text(STUDY + METRIC + first.format([1.0, 1.0, 2.0]) + second.format([1.0, 2.0, 1.0]))
     assert "study of 3 cases" in prb3r("check", study).stdout
     study.write_text(STUDY + METRIC + first.format([1.0, 1.0, 2.0]) + second.format([2.0, 2.0, 1.0]))
-    assert "factor 'z': the value (1.0, 2.0) stands there twice" in prb3r("check", study).stderr
+    done = prb3r("check", study)
+    assert "study.toml: factors zipped as 'z': the values 1.0, 2.0 stand there twice; give each once" in done.stderr
+
+
+def test_a_level_that_stands_there_twice_beside_a_value_is_called_by_its_label(folder):
+    levels = 2 * '[[factor.level]]\nlabel = "slack"\nstep = [{ cable_1_n = 5.0 }]\n'
+    zipped = '[[factor]]\nname = "mu"\npath = "friction.coefficient"\nvalues = [0.1, 0.1]\nzip = "z"\n'
+    study = folder / "study.toml"
+    study.write_text(STUDY + METRIC + '[[factor]]\nname = "pull"\nzip = "z"\n' + levels + zipped)
+    assert "factors zipped as 'z': the values slack, 0.1 stand there twice" in prb3r("check", study).stderr
 
 
 def test_cases_that_only_repeat_others_are_not_said_to_be_stored(folder):

@@ -9,7 +9,7 @@ import numpy as np
 import scipy
 
 from prb3r.model.files.cells import count
-from prb3r.study.factors import Factor, Sampling
+from prb3r.study.factors import Factor, Level, Sampling
 from prb3r.study.rounding import significant
 from prb3r.study.spec import Study
 
@@ -51,9 +51,11 @@ def axes(study: Study, designs: np.ndarray | None = None) -> list[Axis]:
             )
         group[factor.name] = values
     for (how, name), group in grouped.items():
-        told = [row[0] if how == "alone" else row for row in zip(*group.values(), strict=True)]
-        if (twice := first_repeated(map(repr, told))) is not None:
-            raise ValueError(f"factor {name!r}: the value {twice} stands there twice; give each once")
+        if (twice := _first_repeated(zip(*group.values(), strict=True))) is not None:
+            told = ", ".join(value.label if isinstance(value, Level) else str(value) for value in twice)
+            alone = f"factor {name!r}: the value {told} stands"
+            what = alone if how == "alone" else f"factors zipped as {name!r}: the values {told} stand"
+            raise ValueError(f"{what} there twice; give each once")
     if study.searched:
         rows = first_designs(study) if designs is None else designs
         grouped["searched", ""] = _named(study.searched, rows)
@@ -62,13 +64,13 @@ def axes(study: Study, designs: np.ndarray | None = None) -> list[Axis]:
     return [Axis(values) for values in grouped.values()]
 
 
-def first_repeated(words: Iterable[str]) -> str | None:
-    """The first of the words that stood there before; None if each stands there once."""
+def _first_repeated(rows: Iterable[tuple[Any, ...]]) -> tuple[Any, ...] | None:
+    """The first of the rows that stood there before; None if each stands there once."""
     seen: set[str] = set()
-    for word in words:
-        if word in seen:
-            return word
-        seen.add(word)
+    for row in rows:
+        if repr(row) in seen:
+            return row
+        seen.add(repr(row))
     return None
 
 

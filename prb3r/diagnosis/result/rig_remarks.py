@@ -166,10 +166,10 @@ def off_as_drawn(fresh: Unseen | None, fitted: Fit) -> list[str]:
         factor, unit = 180 / np.pi, "degrees"
     if drawn is None or made is None or noise is None or drawn**2 - made**2 <= noise**2:
         return []
-    said = f"{factor * drawn:.3g} {unit} with all as drawn: most of that is {part.removesuffix(', m')}; measure it"
+    said = f"{factor * drawn:.3g} {unit} with all as drawn; no part does more of that than {part.removesuffix(', m')}"
     return [
         f"what was set aside is predicted to {factor * made:.3g} {unit} with the parts of the rig as the other "
-        f"sequences tell them, and to {said}"
+        f"sequences tell them, and to {said}: measure it"
     ]
 
 

@@ -34,8 +34,8 @@ class Choice:
     tried: tuple[Fit, ...]
     """Every full fit under the same noise; rivals and the ranking are taken from these."""
     survivors: tuple[Survivor, ...]
-    """Surviving models, most probable first; of the first ones that are nearly as probable, one that explains the
-    recording with fewest effects stands before them (:func:`choose`)."""
+    """Surviving models, most probable first; of the first ones that are nearly as probable, the one that explains the
+    recording with the fewest effects stands before them (:func:`choose`)."""
     scores: Scores
     """Score test of what the chosen model leaves."""
     scores_of_best: Scores
@@ -202,8 +202,8 @@ def choose(explored: Explored, search: Search) -> Choice:
     """The choice at the end of a search, with tests of what the chosen and the most probable model leave.
 
     Models whose ln evidence is less than that of the most probable one by no more than `Settings.better_exchanged` are
-    as good as it: so small a difference hangs on rounding.  Of these the one counts that names the fewest effects; but
-    the first that leaves nothing beyond noise, as the evidence does not ask whether what is left looks like noise.
+    as good as it: so small a difference hangs on rounding.  Of those that leave nothing beyond noise, which the
+    evidence does not ask, the one counts that names the fewest effects; where all leave something, the most probable.
     """
     survivors, settings = explored.pool.survivors(), explored.pool.settings
     least = survivors[0].log_evidence - settings.better_exchanged
