@@ -69,7 +69,7 @@ def why_unexplained(
 
 def why_doubtful(choice: Choice, search: Search) -> str:
     """Why the effects of a choice that passes every check are doubtful all the same: one law outside the library is
-    likelier than they are, by the odds that are asked of an effect that is named; empty if none is.
+    likelier than they are, by odds beyond `Settings.likelihood_ratio`; empty if none is.
 
     It is not asked where something is left, which is judged by its size, nor where other recordings speak for effects.
     """

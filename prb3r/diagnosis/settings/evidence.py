@@ -33,8 +33,8 @@ class EvidenceSettings:
     refuted_rise: float = 10.0
     """Rise of chi-square on held-out readings at which what was named is taken back.  The same scale."""
     likelihood_ratio: float = 20.0
-    """A rival is listed while it is at most so much less likely than what is named.  "Strong" on the scale of Kass and
-    Raftery."""
+    """A rival is listed while it is at most so much less likely than what is named, and a law outside the library takes
+    the place of effects that it is so much likelier than.  "Strong" on the scale of Kass and Raftery."""
     hopeless_rise: float = 40.0
     """A rival that fits worse by so much in chi-square is none, whatever its linearised distance.  Choice: a likelihood
     ratio of 5e8."""

@@ -13,7 +13,8 @@ class LibrarySettings:
     usual_presence: float = 0.1
     """Prior probability that a rig has an effect of a kind, at any place.  Choice: of some twenty kinds two."""
     rare_presence: float = 0.03
-    """The same of what few rigs have, and whoever built one knows of.  Choice: of thirty rigs one."""
+    """The same of what few rigs have, and whoever built one knows of; and of a law that no effect of the library has.
+    Choice: of thirty rigs one."""
     rubbing_presence: float = 0.3
     """The same of cables that rub other than the file says.  Choice: nearly every rig has friction."""
     dissipating_presence: float = 0.05

@@ -12,10 +12,11 @@ class LocationSettings:
     own_share: float = 0.1
     """But for this share of their variance.  Choice."""
     moment_sizes: tuple[float, ...] = (1e-4, 3e-4, 1e-3, 3e-3, 0.01, 0.03, 0.1, 0.3)
-    """Sizes of missing moments that are considered, in shares of the largest cable moment: half decades up to
-    a third.  Choice."""
+    """Sizes of missing moments that are considered, in shares of the largest cable moment, and of errors of tensions,
+    in shares of these: half decades up to a third.  Choice."""
     alike_loads: float = 0.3
-    """Of the largest load: missing moments are alike under loads that differ by less.  Choice."""
+    """Of the largest load: missing moments, or errors of tensions, are alike under loads that differ by less.
+    Choice."""
     alike_steps: float = 2.0
     """Steps of a sequence over which missing moments are alike.  Choice."""
     field_directions: tuple[int, ...] = (10, 100)
