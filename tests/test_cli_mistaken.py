@@ -6,6 +6,12 @@ import pandas as pd
 import pytest
 from command import PROTOTYPE, ROOT, prb3r
 
+from prb3r.model.files.kinds import FILE_KINDS, WISHES, kind_of_keys
+from prb3r.model.manipulator import Manipulator
+from prb3r.recording.recording import RecordingFile
+from prb3r.study.spec import Study
+from prb3r.study.wishes import Wishes
+
 EXAMPLE = ROOT / "studies/recordings/bench-example"
 STUDY = f'name = "s"\ntitle = "t"\nmanipulator = "{PROTOTYPE}"\n[[step]]\ncable_1_n = 1\n'
 METRIC = '[[metric]]\nkind = "position"\ndisk = "tip"\n'
@@ -52,6 +58,15 @@ def test_a_file_in_the_place_of_another_is_called_what_it_is(folder, command, sa
     assert done.returncode == 2
     (line,) = done.stderr.splitlines()
     assert said in line
+
+
+def test_files_are_told_by_keys_that_they_have():
+    models = {"recording": RecordingFile, "manipulator": Manipulator, "study": Study}
+    assert FILE_KINDS.keys() == models.keys()
+    for kind, model in models.items():
+        assert FILE_KINDS[kind] <= model.model_fields.keys()
+        assert kind_of_keys([name for name, field in model.model_fields.items() if field.is_required()]) == kind
+    assert Wishes.model_fields.keys() == WISHES
 
 
 @pytest.mark.parametrize(

@@ -169,9 +169,9 @@ def check(searched: Searched, blunder: Blunder | None = None) -> Investigation:
     wrong = (*choice.doubts.weights, *(fresh.doubted if fresh else ()))
     checks, cables = model_checks(choice, judged), training.manipulator.cable_names
     why = why_unexplained(choice, failed, [cables[weight.cable] for weight in wrong], checks)
-    why = why or why_doubtful(choice, doubted.search)
     refuted = () if fresh is None or why else choice.refuted_by(fresh.refutes)
     choice = choice.without(refuted)
+    why = why or why_doubtful(choice, doubted.search)
     effects = range(len(choice.fitted.model.hypotheses))
     named = tuple(named_effect(choice, k, doubted.search, fresh, partial=bool(why)) for k in effects)
     law, gain = empirical_law(fresh, calibrated, choice.fitted, task.seed) if why else (None, None)
