@@ -198,6 +198,18 @@ def test_notches_of_an_arm_of_the_same_shape_close_alike(side):
     assert longer.stiffness_n_m_per_rad == pytest.approx(9.0)
 
 
+def test_a_fibre_that_one_file_alone_states_makes_no_edge_stiffer():
+    """The same notched tube in two files, of which one gives the outer fibre, half the arm of the cables."""
+    bare = rods(1e-3, 1e-3)
+    arm = float(bare.cable_arm(1)[0])
+    told = bare.model_dump(exclude_none=True)
+    told["segment"] = [segment | {"outer_fibre_m": arm / 2} for segment in told["segment"]]
+    stated = Manipulator.model_validate(told)
+    closing = EFFECT_KINDS["notch_closing"](kind="notch_closing", factor=0.9, stiffness_n_m_per_rad=9.0)
+    for here, there in ((bare, stated), (stated, bare)):
+        assert SUSPECTS["notch_closing"].transfer(closing, here, there).stiffness_n_m_per_rad == pytest.approx(9.0)
+
+
 @pytest.mark.parametrize("effect", [{"kind": "tip_load_friction"}, {"kind": "weight_friction"}])
 def test_the_pulley_over_which_a_load_hangs_stays_with_its_bench(effect):
     """The load of another design is what it carries: what a bench loses on the way is nothing of the arm."""

@@ -94,9 +94,11 @@ def contact_elsewhere(effect: Effect, here: Manipulator, there: Manipulator) -> 
 
 def closing_elsewhere(effect: Effect, here: Manipulator, there: Manipulator) -> Effect | str:
     """The transfer of `notch_closing`: edges of the same material that touch are as stiff as the cube of the height at
-    which they do, so that arms of one shape bend alike whatever their size."""
+    which they do, so that arms of one shape bend alike whatever their size.  Where one file alone states outer fibres,
+    heights cannot be compared, and the arms of the cables stand for them."""
     assert isinstance(effect, NotchClosing)
-    heights = [closing_heights(rig)[:, SIDE_COLUMN[effect.side]] for rig in (here, there)]
+    fibre = all(np.isfinite(rig.outer_fibre).all() for rig in (here, there))
+    heights = [closing_heights(rig, fibre)[:, SIDE_COLUMN[effect.side]] for rig in (here, there)]
     if not all(np.any(known > 0) for known in heights):
         return effect  # without cables on its side no notch closes
     height, other = (np.mean(known[known > 0]) for known in heights)

@@ -203,11 +203,12 @@ def closing_angles(arc: np.ndarray, manipulator: Host) -> np.ndarray:
     return np.divide(arc[:, None], height, out=np.full(height.shape, np.inf), where=height > 0)
 
 
-def closing_heights(manipulator: Host) -> np.ndarray:
+def closing_heights(manipulator: Host, fibre: bool = True) -> np.ndarray:
     """(n, 2) distance from the neutral axis at which the edges of notches meet toward the negative and the positive
-    side, m: cable arm and outer fibre together, or 0 toward a side without cables."""
+    side, m: cable arm and outer fibre (if `fibre`, and known) together, or 0 toward a side without cables."""
     arm = np.stack([manipulator.cable_arm(side) for side in (-1, 1)], axis=1)
-    return np.where(arm > 0, arm + np.nan_to_num(manipulator.outer_fibre)[:, None], 0.0)
+    beyond = np.nan_to_num(manipulator.outer_fibre)[:, None] if fibre else 0.0
+    return np.where(arm > 0, arm + beyond, 0.0)
 
 
 class ClampCompliance(Effect):
