@@ -48,7 +48,7 @@ class Survivor:
 class Pool:
     """All models that were fitted in full under one covariance, by their sets of effects.
 
-    `expanded`, `exchanged`, `thinned` and `parted` (:meth:`fit_parts`) hold the sets for which that was done already.
+    `expanded`, `exchanged` and `thinned` hold the sets for which that was done already.
     """
 
     def __init__(self, search: Search, settings: Settings, fits: Iterable[Fit | None]) -> None:
@@ -58,7 +58,6 @@ class Pool:
         self.expanded: set[Effects] = set()
         self.exchanged: set[Effects] = set()
         self.thinned: set[Effects] = set()
-        self.parted: set[Effects] = set()
         for fitted in fits:
             self.add(fitted)
 
@@ -180,9 +179,9 @@ class Pool:
         least = self.evidence[self.ranked[0]] - np.log(self.settings.survival_odds)
         tasks = list[tuple[Fit, int, float]]()
         for effects in self.ranked:
-            if self.evidence[effects] < least or effects in self.thinned | self.parted:
+            if self.evidence[effects] < least or effects in self.thinned:
                 continue
-            self.parted.add(effects)
+            self.thinned.add(effects)
             fitted = self.fits[effects]
             for hypothesis in self._least_missed(fitted, self.evidence[effects] - least):
                 rest = effects - {hypothesis}
@@ -227,7 +226,7 @@ class Pool:
         chosen = self.worth_keeping()
         tasks = [(replace(self.fits[effects].model, noise=noise), self.fits[effects].p, np.inf) for effects in chosen]
         pool = Pool(self.search, self.settings, self.search.apply(_fitted, tasks))
-        pool.thinned, pool.parted = set(self.thinned), set(self.parted)
+        pool.thinned = set(self.thinned)
         return pool
 
     def worth_keeping(self) -> list[Effects]:
