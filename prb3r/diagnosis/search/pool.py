@@ -171,19 +171,20 @@ class Pool:
                     break
 
     def fit_parts(self) -> None:
-        """Leave one effect out of every surviving model in full fits: of `_least_missed`, those without which the model
-        survives as the linearised model tells.
+        """Leave one effect out of every surviving model in full fits: of `_least_missed`, those without which it would be
+        as good as the best, to `Settings.better_exchanged`, as the linearised model tells.
 
         A model that was found by an exchange may do without what the one before it needed.
         """
-        least = self.evidence[self.ranked[0]] - np.log(self.settings.survival_odds)
+        best = self.evidence[self.ranked[0]]
+        least, good = best - np.log(self.settings.survival_odds), best - self.settings.better_exchanged
         tasks = list[tuple[Fit, int, float]]()
         for effects in self.ranked:
             if self.evidence[effects] < least or effects in self.thinned:
                 continue
             self.thinned.add(effects)
             fitted = self.fits[effects]
-            for hypothesis in self._least_missed(fitted, self.evidence[effects] - least):
+            for hypothesis in self._least_missed(fitted, self.evidence[effects] - good):
                 rest = effects - {hypothesis}
                 if rest not in self.fits:
                     tasks.append((fitted, fitted.model.hypotheses.index(hypothesis), self._useful([*rest])))
