@@ -171,8 +171,8 @@ class Pool:
                     break
 
     def fit_parts(self) -> None:
-        """Leave one effect out of every surviving model in full fits: of `_least_missed`, those without which it would be
-        as good as the best, to `Settings.better_exchanged`, as the linearised model tells.
+        """Leave one effect out of every surviving model in full fits: of `_least_missed`, those without which it would
+        be as good as the best, to `Settings.better_exchanged`, as the linearised model tells.
 
         A model that was found by an exchange may do without what the one before it needed.
         """
