@@ -40,3 +40,30 @@ def bare_sections(**changes):
     unsaid = "width_m", "thickness_m"
     known = {"bending_stiffness_n_m2": 0.24} | changes
     return [{k: v for k, v in (each | known).items() if k not in unsaid} for each in sections()]
+
+
+def other_design(factor=2.0, **changes):
+    """Two plates a segment, `factor` times as thick."""
+    plain = recorded(Case(hidden=())).manipulator.model_dump(exclude_none=True)
+    segments = [
+        segment | {"thickness_m": factor * segment["thickness_m"], "plates": 2, **changes}
+        for segment in plain["segment"]
+    ]
+    return Manipulator.model_validate(plain | {"segment": segments})
+
+
+def rods(*diameters):
+    """An arm of segments of round rods of these diameters, m, known by their stiffness alone."""
+    plain, modulus = recorded(Case(hidden=())).manipulator.model_dump(exclude_none=True), 1.87e11
+    stiffness = [modulus * np.pi * d**4 / 64 for d in diameters]
+    segments = [bare_sections(bending_stiffness_n_m2=each)[0] for each in stiffness]
+    return Manipulator.model_validate(plain | {"segment": segments})
+
+
+def scaled(manipulator, size):
+    """The manipulator with all its lengths `size` times as large."""
+    plain = manipulator.model_dump(exclude_none=True)
+    lengths = ("length_m", "clamp_m", "width_m", "thickness_m", "offset_m")
+    for part in (plain["disk"], *plain["segment"], *plain["cable"]):
+        part |= {name: size * value for name, value in part.items() if name in lengths}
+    return Manipulator.model_validate(plain)
