@@ -132,6 +132,23 @@ def _pair(case: OpenedCase) -> bool:
     return case.label.cls == "pair" and case.label.distance >= SETTINGS.sizes.apart
 
 
+def _unexplained(case: OpenedCase) -> bool:
+    return case.verdict.verdict == "unexplained"
+
+
+def _sure_of_a_name(case: OpenedCase) -> bool:
+    """Whether an effect is named for sure; a diagnosis that failed counts as one that does."""
+    return bool(confident(case.verdict)) or failed(case)
+
+
+def _both_of(words: str, which: Test) -> tuple[Goal, Goal]:
+    """The two scores of recordings with physics outside the library, of those that `which` picks, for information."""
+    return (
+        Goal(f"{words}: `unexplained`", "", (), share_measure(which, _unexplained)),
+        Goal(f"{words}: wrong confident name", "", (), share_measure(which, _sure_of_a_name)),
+    )
+
+
 def _false_constant(which: str) -> Measure:
     """The measure of the median relative error of E in the class where calibration hides the effect.
 
@@ -182,14 +199,14 @@ GOALS: tuple[Goal, ...] = (
         "outside the library: `unexplained`",
         ">=",
         (0.90,),
-        share_measure(outside, lambda c: c.verdict.verdict == "unexplained"),
+        share_measure(outside, _unexplained),
         "outside",
     ),
     Goal(
         "outside the library: wrong confident name",
         "<=",
         (0.03,),
-        share_measure(outside, lambda c: bool(confident(c.verdict)) or failed(c)),
+        share_measure(outside, _sure_of_a_name),
     ),
     Goal(
         "outside the library: `unexplained`, or another design no worse than by calibration alone",
@@ -227,30 +244,8 @@ INFORMATION: tuple[Goal, ...] = (
         (),
         share_measure(lambda c: c.label.wrong_weight is not None, _weight_named),
     ),
-    Goal(
-        "outside, two effects together included: `unexplained`",
-        "",
-        (),
-        share_measure(far_outside, lambda c: c.verdict.verdict == "unexplained"),
-    ),
-    Goal(
-        "outside, two effects together included: wrong confident name",
-        "",
-        (),
-        share_measure(far_outside, lambda c: bool(confident(c.verdict)) or failed(c)),
-    ),
-    Goal(
-        "outside, no law that effects of one kind are: `unexplained`",
-        "",
-        (),
-        share_measure(_by_no_kind, lambda c: c.verdict.verdict == "unexplained"),
-    ),
-    Goal(
-        "outside, no law that effects of one kind are: wrong confident name",
-        "",
-        (),
-        share_measure(_by_no_kind, lambda c: bool(confident(c.verdict)) or failed(c)),
-    ),
+    *_both_of("outside, two effects together included", far_outside),
+    *_both_of("outside, no law that effects of one kind are", _by_no_kind),
     Goal(
         "outside, a law that effects of one kind are: this kind named",
         "",
