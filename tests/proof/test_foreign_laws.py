@@ -13,7 +13,7 @@ from prb3r.proof.concealed.foreign import LAWS
 from prb3r.proof.concealed.labels import Label
 from prb3r.proof.concealed.recordings import recording_of
 from prb3r.proof.judging.opened import OpenedCase
-from prb3r.proof.judging.scores import INFORMATION
+from prb3r.proof.judging.scores import GOALS, INFORMATION
 from prb3r.proof.judging.verdict import Claim, Verdict
 from prb3r.proof.rig.effects import RECORDS
 
@@ -57,3 +57,12 @@ def test_a_law_that_effects_of_one_kind_are_is_scored_apart(law):
     no_law = "outside, no law that effects of one kind are: wrong confident name"
     counted = scores[no_law].count, scores["outside, a law that effects of one kind are: this kind named"].count
     assert counted == ((0, 1) if law in HELD else (1, 0))
+
+
+def test_a_diagnosis_that_fails_on_a_law_outside_the_library_counts_against_it():
+    label = Label(0, "foreign", 0, 0, foreign=("leak", 0.1), nearest={"gravity": 200.0})
+    failed, silent = (OpenedCase(label, Verdict(0, "diagnose", said), 0.3) for said in ("failed", "unexplained"))
+    for name, ends in (("wrong confident name", (1.0, 0.0)), ("`unexplained`", (0.0, 1.0))):
+        for words in ("outside the library", "outside, two effects together included"):
+            goal = next(goal for goal in (*GOALS, *INFORMATION) if goal.name == f"{words}: {name}")
+            assert tuple(goal.measure([case]).value for case in (failed, silent)) == ends
