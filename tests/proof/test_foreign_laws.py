@@ -60,7 +60,7 @@ def test_a_law_that_effects_of_one_kind_are_is_scored_apart(law):
 
 
 def test_a_diagnosis_that_fails_on_a_law_outside_the_library_counts_against_it():
-    label = Label(0, "foreign", 0, 0, foreign=("leak", 0.1), nearest={"gravity": 200.0})
+    label = Label(0, "foreign", 0, 0, foreign=("leak", 0.1), nearest={"gravity": 200.0}, pair_distance=200.0)
     failed, silent = (OpenedCase(label, Verdict(0, "diagnose", said), 0.3) for said in ("failed", "unexplained"))
     for name, ends in (("wrong confident name", (1.0, 0.0)), ("`unexplained`", (0.0, 1.0))):
         for words in ("outside the library", "outside, two effects together included"):
