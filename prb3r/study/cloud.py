@@ -28,7 +28,7 @@ GATHERED = {
     "lowest_eigenvalue": float,
 }
 """Fields of `Equilibria` that are gathered for each load, with their types."""
-OF_TIPS = {"x": float, "y": float, "solved": bool, "strain": float, "pull": float}
+OF_TIPS = {"x": float, "y": float, "solved": bool, "strain": float, "pull": float, "corner": bool}
 """Fields of `Tips` that are gathered for each load, with their types."""
 
 
@@ -96,9 +96,9 @@ def solve_cloud_block(block: CloudBlock) -> SolvedCloudBlock:
     (family,), chunk = block.chunk.families, block.chunk
     manipulator = family.manipulator()
     chain, cloud = manipulator.chain(family.settings["broken"]), Cloud.model_validate(family.settings["cloud"])
-    loads = cloud_loads(manipulator, chain, limits_of(cloud, manipulator, chain), block.loads, block.start)
+    loads = cloud_loads(manipulator, chain, limits_of(cloud, manipulator, chain), np.arange(block.start, block.stop))
     states = equilibria_of(chain, loads, from_rest=True, eigenvalue=True)
-    tips = tips_of(manipulator, loads, states)
+    tips = tips_of(manipulator, loads, states, cloud.safety)
     known = {name: getattr(states, name) for name in GATHERED} | {name: getattr(tips, name) for name in OF_TIPS}
     kept = state_columns(chunk.cables)
     if chunk.states == "path" or (chunk.states == "final" and block.stop == cloud.count):

@@ -52,6 +52,8 @@ class Tips:
     """Highest bending strain of a plate; NaN where it is not known."""
     pull: np.ndarray
     """Highest tension of a cable, N."""
+    corner: np.ndarray
+    """Whether the load counts and its tip is on the outline of those solved in the same call; see `on_outline`."""
 
     def beyond(self, manipulator: Manipulator, safety: float) -> np.ndarray:
         """(count,) whether a load brings a plate nearer to yield than `safety`; False without yield stress."""
@@ -65,22 +67,26 @@ class Tips:
         return replace(self, **kept)
 
 
-def tips_of(manipulator: Manipulator, some: Loads, states: Equilibria) -> Tips:
-    """The `Tips` of loads, from their equilibria, which must hold details such as strain."""
+def tips_of(manipulator: Manipulator, some: Loads, states: Equilibria, safety: float) -> Tips:
+    """The `Tips` of loads, from their equilibria, which must hold details such as strain.
+
+    Loads that bring a plate nearer to yield than `safety` do not count for the outline.
+    """
     strain = peak_strain(states, manipulator.bending_stiffness, manipulator.outer_fibre)
     solved, pull = states.outcome == Outcome.CONVERGED, some.tension.max(1, initial=0.0)
-    return Tips(states.x[:, -1], states.y[:, -1], solved, np.fmax.reduce(strain, axis=1), pull)
+    x, y = states.x[:, -1], states.y[:, -1]
+    tips = Tips(x, y, solved, np.fmax.reduce(strain, axis=1), pull, np.ones(len(x), bool))
+    counted = tips.without(tips.beyond(manipulator, safety))
+    return replace(tips, corner=on_outline(counted.x, counted.y))
 
 
-def cloud_loads(
-    manipulator: Manipulator, chain: Chain, limits: Mapping[str, float], count: int, start: int = 0
-) -> Loads:
-    """Loads of a part of a cloud, with the tensions of :func:`cloud_tension`."""
-    return loads(chain, cloud_tension(manipulator, limits, count, start))
+def cloud_loads(manipulator: Manipulator, chain: Chain, limits: Mapping[str, float], numbers: np.ndarray) -> Loads:
+    """Loads of a cloud by their numbers, with the tensions of :func:`cloud_tension`."""
+    return loads(chain, cloud_tension(manipulator, limits, numbers))
 
 
-def cloud_tension(manipulator: Manipulator, limits: Mapping[str, float], count: int, start: int = 0) -> np.ndarray:
-    """(count, cables) independent tensions, N: each cable of `limits` is idle or pulled up to its largest tension.
+def cloud_tension(manipulator: Manipulator, limits: Mapping[str, float], numbers: np.ndarray) -> np.ndarray:
+    """(n, cables) independent tensions, N: each cable of `limits` is idle or pulled up to its largest tension.
 
     A Sobol sequence gives each cable a share in [-1, 1]; at negative shares it is idle.  Every subset of the cables
     thus comes up equally often, and with it the rim of the workspace.  The shares are the same for every design.
@@ -88,18 +94,20 @@ def cloud_tension(manipulator: Manipulator, limits: Mapping[str, float], count: 
     Parameters
     ----------
     limits : largest tension of each driven cable, N, by name.
-    start : number, in the whole cloud, of the first of these loads.
+    numbers : (n,) numbers of the loads in the whole cloud, from 0, ascending.
     """
     names = sorted(limits)
-    tension = np.zeros((count, len(manipulator.cable)))
+    tension = np.zeros((len(numbers), len(manipulator.cable)))
     if names:
         sequence = scipy.stats.qmc.Sobol(len(names), rng=CLOUD_SEED)
-        if start:
-            share = sequence.fast_forward(start).random(count)
-        else:
-            share = sequence.random_base2(int(np.ceil(np.log2(count))))[:count]
-        for column, name in enumerate(names):
-            tension[:, manipulator.cable_names.index(name)] = np.maximum(2 * share[:, column] - 1, 0) * limits[name]
+        begins = (np.diff(numbers) != 1) | (numbers[:-1] == 0)  # scipy warns unless the first point is drawn alone
+        shares = []
+        for run in np.split(numbers, np.flatnonzero(begins) + 1):
+            if skipped := int(run[0]) - sequence.num_generated:
+                sequence.fast_forward(skipped)
+            shares.append(sequence.random(len(run)))
+        columns = [manipulator.cable_names.index(name) for name in names]
+        tension[:, columns] = np.maximum(2 * np.concatenate(shares) - 1, 0) * [limits[name] for name in names]
     return tension
 
 
@@ -108,16 +116,17 @@ def block_size(plates: int) -> int:
     return 2 ** max(4, int(np.log2(MOST_DISKS / (plates + 1))))
 
 
-def tips_reached(manipulator: Manipulator, chain: Chain, limits: Mapping[str, float], count: int) -> Tips:
+def tips_reached(
+    manipulator: Manipulator, chain: Chain, limits: Mapping[str, float], count: int, safety: float
+) -> Tips:
     """The `Tips` of all loads of a cloud, solved block by block so that the states of one block at most are in memory.
 
-    Eigenvalues are not computed, so that unstable equilibria count as solved.
+    Eigenvalues are not computed, so that unstable equilibria count as solved; `safety`: as for :func:`tips_of`.
     """
     blocks = []
     for start in range(0, count, size := block_size(chain.plates)):
-        rows = slice(start, min(start + size, count))
-        some = cloud_loads(manipulator, chain, limits, rows.stop - start, start)
-        blocks.append(tips_of(manipulator, some, equilibria_of(chain, some, from_rest=True)))
+        some = cloud_loads(manipulator, chain, limits, np.arange(start, min(start + size, count)))
+        blocks.append(tips_of(manipulator, some, equilibria_of(chain, some, from_rest=True), safety))
     return Tips(*(np.concatenate([getattr(block, field.name) for block in blocks]) for field in fields(Tips)))
 
 
@@ -136,6 +145,18 @@ def area(x: np.ndarray, y: np.ndarray, side: float) -> float:
     return float(scipy.ndimage.binary_closing(mask, np.ones((3, 3))).sum() * side**2)
 
 
+def on_outline(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """(n,) whether each point is a corner of the convex hull of all; of points on a line each counts.
+
+    The :func:`outline` of many points is that of such corners of parts of them.  NaN points are none.
+    """
+    corner = np.isfinite(x) & np.isfinite(y)
+    points = np.stack([x, y], 1)[corner]
+    if not _on_a_line(points):
+        corner[np.delete(np.flatnonzero(corner), scipy.spatial.ConvexHull(points).vertices)] = False
+    return corner
+
+
 def outline(x: np.ndarray, y: np.ndarray) -> tuple[float, float]:
     """Area of the convex hull of points, m^2, and their extent in y, m.
 
@@ -144,5 +165,10 @@ def outline(x: np.ndarray, y: np.ndarray) -> tuple[float, float]:
     points = np.stack([x, y], 1)[np.isfinite(x) & np.isfinite(y)]
     if not len(points):
         return 0.0, 0.0
-    flat = min(np.linalg.svd(points - points.mean(0), compute_uv=False)) < 1e-9 if len(points) > 2 else True
-    return 0.0 if flat else float(scipy.spatial.ConvexHull(points).volume), float(np.ptp(points[:, 1]))
+    enclosed = 0.0 if _on_a_line(points) else float(scipy.spatial.ConvexHull(points).volume)
+    return enclosed, float(np.ptp(points[:, 1]))
+
+
+def _on_a_line(points: np.ndarray) -> bool:
+    """Whether points (n, 2), m, lie on a line, as any two do."""
+    return len(points) < 3 or min(np.linalg.svd(points - points.mean(0), compute_uv=False)) < 1e-9

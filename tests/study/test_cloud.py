@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
+import scipy
 
 from prb3r.mechanics.equilibrium import solve_chain
 from prb3r.model.solve import solve
@@ -65,11 +66,11 @@ class Heard:
 def test_the_loads_of_a_block_are_those_of_the_whole_cloud(spec):
     manipulator = plan_study(spec()).cases[0].manipulator()
     chain, limits = manipulator.chain(), {"1": 100.0, "2": 5.0, "4": 60.0}
-    whole = cloud_loads(manipulator, chain, limits, 3000)
-    for start, count in ((0, 7), (7, 1), (1024, 1976)):
-        block = cloud_loads(manipulator, chain, limits, count, start)
+    whole = cloud_loads(manipulator, chain, limits, np.arange(3000))
+    for numbers in (range(7), range(7, 8), range(1024, 3000), (0, 1, 2, 7, 8, 2999), (5, 2998)):
+        block = cloud_loads(manipulator, chain, limits, np.array(numbers))
         for some, every in zip(block, whole, strict=True):
-            assert np.array_equal(some, every[start : start + count])
+            assert np.array_equal(some, every[list(numbers)])
 
 
 def test_blocks_give_what_the_equilibria_of_the_whole_cloud_are(spec, tmp_path):
@@ -83,11 +84,13 @@ def test_blocks_give_what_the_equilibria_of_the_whole_cloud_are(spec, tmp_path):
     manipulator = result.plan.cases[0].manipulator()
     chain = manipulator.chain()
     rows = np.array([0, 16_383, 16_384, 39_999])
-    loads = cloud_loads(manipulator, chain, {"1": 100.0, "3": 60.0}, 40_000)
+    loads = cloud_loads(manipulator, chain, {"1": 100.0, "3": 60.0}, np.arange(40_000))
     alone = solve_chain(chain, type(loads)(*(field[rows] for field in loads)), from_rest=True)
     assert np.array_equal(states["x_m"].to_numpy()[rows], alone.x[:, -1])
     assert np.array_equal(states["cable_3_n"].to_numpy()[rows], loads.tension[rows, 2])
     assert result.cases["workspace_area_m2"].item() > 0.001
+    hull = scipy.spatial.ConvexHull(states[["x_m", "y_m"]].to_numpy())
+    assert np.isclose(result.cases["workspace_hull_m2"].item(), hull.volume, rtol=1e-12, atol=0)
     again = solve_study(spec(), Options(tmp_path / "out"), heard)
     assert (again.computed, heard.begun[-1]) == (0, (40_000, 40_000, "loads"))
 
@@ -166,7 +169,7 @@ def test_loads_that_make_plates_yield_count_only_where_they_are_asked_for(spec, 
         for safety in ("0", "1", "1.5")
     }
     manipulator = found["0"].plan.cases[0].manipulator()
-    loads = cloud_loads(manipulator, manipulator.chain(), {"1": 160.0, "3": 60.0}, 4_000)
+    loads = cloud_loads(manipulator, manipulator.chain(), {"1": 160.0, "3": 60.0}, np.arange(4_000))
     pulls = {f"cable_{name}_n": loads.tension[:, k] for k, name in enumerate(manipulator.cable_names)}
     stress = solve(manipulator, {"sequence": range(4_000), "step": 1} | pulls, also=["stress_pa"])
     highest = stress["stress_pa"].to_numpy().reshape(4_000, -1)[:, 1:].max(1)

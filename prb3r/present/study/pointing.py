@@ -127,7 +127,7 @@ def _of_cloud(case: Case, steps: np.ndarray, kept: pd.DataFrame) -> dict[str, tu
     manipulator = case.manipulator()
     chain = manipulator.chain(case.settings["broken"])
     cloud = Cloud.model_validate(case.settings["cloud"])
-    tension = cloud_tension(manipulator, limits_of(cloud, manipulator, chain), int(steps.max()))[steps - 1]
+    tension = cloud_tension(manipulator, limits_of(cloud, manipulator, chain), steps - 1)
     solved = equilibria_of(chain, loads(chain, tension), from_rest=True)
     tips = kept[kept["disk"] == kept["disk"].max()].set_index("step").loc[steps, ["x_m", "y_m"]].to_numpy(float)
     states = {}

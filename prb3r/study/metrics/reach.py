@@ -61,8 +61,8 @@ class Workspace(Metric):
         if tips is None or self.tension_n is not None:
             drawn = self.tension_n or {}
             limits = {name: tension for name, tension in drawn.items() if case.chain.reach[case.cable(name)]}
-            tips = tips_reached(case.manipulator, case.chain, limits, self.count)
             safety = 1.0 if self.safety is None else self.safety
+            tips = tips_reached(case.manipulator, case.chain, limits, self.count, safety)
         told = case.manipulator.yield_stress_pa is not None and bool(np.isfinite(tips.strain).any())
         yielding = float(np.mean(tips.beyond(case.manipulator, safety or 1.0))) if told else np.nan
         tips = tips.without(tips.beyond(case.manipulator, safety))
@@ -70,7 +70,8 @@ class Workspace(Metric):
         half, side = len(x) // 2, self.cell * case.chain.length
         whole = area(x, y, side)
         share = area(x[:half], y[:half], side) / whole if whole else np.nan
-        return whole, share, *outline(x, y), float(np.mean(~good)), yielding, float(np.fmax.reduce(tips.pull))
+        hull, width = outline(x[tips.corner], y[tips.corner])
+        return whole, share, hull, width, float(np.mean(~good)), yielding, float(np.fmax.reduce(tips.pull))
 
 
 class Follow(Metric):
