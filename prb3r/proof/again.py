@@ -1,7 +1,7 @@
-"""Writes one recording of a real rig anew: `python -m prb3r.proof.again SEED CASES CASE FOLDER [CLASS...]`.
+"""Writes one recording of a run anew: `python -m prb3r.proof.again SEED CASES CASE FOLDER [CLASS...]`.
 
-SEED, CASES and CLASSES are those of the run.  The label, with what was concealed, is written to `<FOLDER>.truth.json`,
-beside the folder.
+SEED, CASES and CLASSES are those of the run (no class: all).  The label, with what was concealed, is written to
+`<FOLDER>.truth.json`, beside the folder.
 """
 
 import json
@@ -9,22 +9,35 @@ import sys
 from collections.abc import Collection
 from pathlib import Path
 
-from prb3r.proof.concealed.composition import drawn_design, flavours, requests
+from prb3r.proof.concealed.composition import drawn_design, flavours, labels_of, requests
 from prb3r.proof.concealed.folder import write_real_recording
-from prb3r.proof.concealed.real import REAL_CLASSES, real_label
+from prb3r.proof.concealed.recordings import recording_of
+from prb3r.recording.writing import write_again
 
 
-def write_case(seed: int, cases: int, case: int, folder: Path, classes: Collection[str] = REAL_CLASSES) -> None:
-    """Write the folder of recording `case` of a run of `cases` recordings of some classes, and its label beside it."""
-    kinds = flavours(cases, classes)
-    designs = [drawn_design((seed, k, flavour)) for k, flavour in enumerate(kinds)]
+def write_case(seed: int, cases: int, case: int, folder: Path, classes: Collection[str] = ()) -> None:
+    """Write the folder of recording `case` of a run of `cases` recordings of some classes (empty: all), and its label
+    beside it.
+
+    Raises
+    ------
+    ValueError
+        Where the run has no such recording, or the rig has no equilibrium.
+    """
+    if not 0 <= case < cases:
+        raise ValueError(f"there is no recording {case}: a run of {cases} has 0 to {cases - 1}")
+    designs = [drawn_design((seed, k, flavour)) for k, flavour in enumerate(flavours(cases, classes))]
     request = next(candidate for candidate in requests(seed, cases, designs, classes) if candidate.case == case)
-    label = real_label(request, designs[request.design])
-    write_real_recording(designs[request.design], label, folder)
+    design = designs[request.design]
+    (label,) = labels_of((design, [request]))
+    if design.flavour.is_real:
+        write_real_recording(design, label, folder)
+    else:
+        write_again(recording_of(design, label), folder)
     truth = folder.with_name(folder.name + ".truth.json")
     truth.write_text(json.dumps(label.plain(), indent=1, default=float))
 
 
 if __name__ == "__main__":
     seed, cases, case = map(int, sys.argv[1:4])
-    write_case(seed, cases, case, Path(sys.argv[4]), sys.argv[5:] or REAL_CLASSES)
+    write_case(seed, cases, case, Path(sys.argv[4]), sys.argv[5:])
