@@ -146,6 +146,7 @@ def come_to_rest(packed, onset, dead, modes, space, work):
             for e in range(packed.model[0].elements):
                 packed.plate[i].slider[k, e] = 0.0
     save(packed, work, kept)
+    save(packed, work, space.good)
     taken = ramp(packed, onset, dead, modes, space, work)
     packed.model[0].presliding = presliding
     space.accepted.noted[0] = 0

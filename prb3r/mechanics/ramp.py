@@ -10,7 +10,7 @@ from prb3r.mechanics.attempt import JUMPED, attempt
 from prb3r.mechanics.budget import GAVE_UP
 from prb3r.mechanics.kernel import kernel
 from prb3r.mechanics.march import FAILED
-from prb3r.mechanics.state import restore, save, slide, turned_by_surprise, turned_too_far
+from prb3r.mechanics.state import restore, save, slide, turned_by_surprise, turned_midway, turned_too_far
 
 SMALLEST_CROSSING = 1.0 / 1024
 """Sub-step up to which the determinant of the tangent may change its sign: then the branch itself loses its stability;
@@ -22,23 +22,25 @@ TRIED_AGAIN = 4
 method may have failed for coming from too far.  Looking for ends was four fifths of the work of a diagnosis whose fits
 met many; with a trial after every sub-step, as it was, it takes twice as much."""
 
+HALF_STEP = 1.0 / 2
+"""Sub-steps in which a load step is tried where plates have hysteresis but slip at holes is declared.  Hysteresis is
+exact over a sub-step of any length as long as no node that slips turns back within it."""
 SLIDING_STEP = 1.0 / 8
-"""Longest sub-step where plates have hysteresis but slip at holes is declared.  Hysteresis is exact over a sub-step of
-any length as long as no node that slips turns back within it; if one does, the error falls with the square of the
-sub-step."""
+"""Longest sub-step where halves fail or a node may have turned back (`turned_midway`): the error of the turn falls with
+the square of the sub-step."""
 
 
 @kernel
 def ramp(packed, way, loaded, modes, space, work):
     """Bring the chain from the state `space.kept` to the end of the `way`, halving sub-steps that fail or turn too far.
 
-    Leaves the last accepted state in `space.kept` and its part of the way in `space.reached`.  Returns the Newton steps
-    of all accepted sub-steps; `FAILED` or `JUMPED` where the path leads no further; `GAVE_UP` where the work that it
-    may take is used up.
+    `space.good` holds the same state.  Leaves the last accepted state in `space.kept` and its part of the way in
+    `space.reached`.  Returns the Newton steps of all accepted sub-steps; `FAILED` or `JUMPED` where the path leads no
+    further; `GAVE_UP` where the work that it may take is used up.
     """
     kept, reached, slides = space.kept, space.reached, packed.model[0].elements > 0
-    longest = SLIDING_STEP if slides else 1.0
-    done, step, iterations = 0.0, longest, 0
+    longest = HALF_STEP if slides else 1.0
+    done, step, iterations, noted = 0.0, longest, 0, space.accepted.noted[0]
     beyond, closer = NOWHERE, 0  # nearest part of the way where Newton failed, and sub-steps taken toward it since
     reached[0] = 0.0
     why: Any = FAILED
@@ -53,6 +55,12 @@ def ramp(packed, way, loaded, modes, space, work):
             crossed = work.sign[0] != kept.sign[0] and step > SMALLEST_CROSSING
             # a spring right at its bound may slip on or turn back, so with sliders Newton's first step predicts nothing
             far = crossed or (not slides and turned_by_surprise(packed, kept, work))
+        if longest == HALF_STEP and (taken == FAILED or far or (done > 0 and turned_midway(packed, kept, space.good))):
+            restore(packed, work, space.good)
+            save(packed, work, kept)
+            space.accepted.noted[0] = noted
+            reached[0], done, step, longest, iterations = 0.0, 0.0, SLIDING_STEP, SLIDING_STEP, 0
+            continue
         if taken == FAILED or far:
             why = FAILED if taken == FAILED else JUMPED
             if taken == FAILED and done + step < beyond:

@@ -19,6 +19,8 @@ it misses by more, the step may be a jump to another branch."""
 SLIPS_ON = 1e-9
 """Relative amount of a spring's angle by which its slider is moved back, so that a spring that stands at its bound
 slips without doubt: otherwise rounding, which differs between kernels, would decide."""
+NO_TURN = 1e-9
+"""Turn of a node up to which its direction is of no account, rad."""
 SMALLEST_JUMP = 0.02
 """Turn of a disk in one step up to which no step counts as a jump, rad."""
 
@@ -143,6 +145,28 @@ def turned_too_far(packed, kept, loaded):
         angle += turn
         if not abs(turn) <= PLATE_TURN or (loaded and not abs(angle) <= DISK_TURN):
             return True
+    return False
+
+
+@kernel
+def turned_midway(packed, middle, start):
+    """Whether a node may have turned back while it slipped, on the way from the state `start` over `middle` to the
+    present one, both ways of one length.
+
+    So it is where the parabola through its three angles turns.  A turn before the middle is of no account where nothing
+    has slipped until there.
+    """
+    for i in range(start.q.shape[0]):
+        for k in range(start.q.shape[1]):
+            first, second = middle.q[i, k] - start.q[i, k], packed.plate[i].q[k] - middle.q[i, k]
+            if max(abs(first), abs(second)) <= NO_TURN:
+                continue
+            begun = first + second
+            for e in range(start.slider.shape[2]):
+                if middle.slider[i, k, e] != start.slider[i, k, e]:
+                    begun = 3 * first - second
+            if not begun * (3 * second - first) > 0.0:
+                return True
     return False
 
 

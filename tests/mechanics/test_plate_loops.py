@@ -144,6 +144,18 @@ def test_a_plate_that_turns_back_within_a_step_is_followed_to_where_it_turned():
     assert np.abs(coarse.x - dense.x[63::64]).max() < 1e-5 * chain.length
 
 
+@pytest.mark.parametrize("seed", [10, 23])
+def test_a_plate_that_turns_back_within_a_step_under_tip_loads_is_followed_in_short_sub_steps(seed):
+    """Two halves of a step would miss 15 and 40 times as much."""
+    rng, chain = np.random.default_rng(seed), looping(prototype(), elements=2)
+    pulls = rng.uniform(0, 60, (4, 4)) * (rng.random((4, 4)) < 0.7)
+    ways = np.vstack([np.zeros(6), np.hstack([pulls, rng.uniform(-8, 8, (4, 2))]).round()])
+    part = np.arange(1, 65)[:, None] / 64
+    fine = np.concatenate([a + part * (b - a) for a, b in pairwise(ways)])
+    coarse, dense = (solve_chain(chain, loads(chain, way[:, :4], tip=way[:, 4:])) for way in (ways[1:], fine))
+    assert np.abs(coarse.x - dense.x[63::64]).max() < 1e-4 * chain.length
+
+
 def test_a_new_sequence_begins_with_virgin_plates():
     chain = looping(prototype(0.2))
     applied = loads(chain, np.vstack([LOOPS, LOOPS / 2]))
