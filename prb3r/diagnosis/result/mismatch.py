@@ -6,7 +6,7 @@ from prb3r.diagnosis.evidence.missing_moments import WHOLE
 from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.diagnosis.result.effects import Mismatch
 from prb3r.diagnosis.result.investigation import Investigation
-from prb3r.markdown import few
+from prb3r.markdown import few, listed
 from prb3r.recording.recording import Recording
 
 GOES_WITH = {
@@ -51,7 +51,7 @@ def mismatch_of(investigation: Investigation) -> Mismatch:
         places = dict.fromkeys(_place_in_words(law.place) for law in top[: settings.most_places_said])
         where = ", ".join(places) if places else "at no single place"
         said = depends[: settings.most_quantities_said]
-        on = " and ".join(GOES_WITH.get(of, of) for of in said) or "nothing that was tried"
+        on = listed([GOES_WITH.get(of, of) for of in said] or ["nothing that was tried"])
         explained = structured and investigation.named
         left = "What is left after the best explanation" if explained else "What refitted constants leave"
         statement = f"{left} sits {where}, and goes with {on}."
