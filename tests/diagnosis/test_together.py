@@ -166,7 +166,8 @@ def test_what_is_not_shared_is_said_in_words():
         ("x",),
     )
     assert list(common.sentences) == [
-        "ln of the evidence of what is shared against each recording by itself: -5.0, which speaks against sharing.",
+        "The recordings speak against it that the rigs share the friction coefficient (the Bayes factor of that "
+        "against each recording by itself has ln -5.0; 3 is strong).",
         "The recordings agree on the friction coefficient: 0.3 (0.2 to 0.4) together, 0.3 (0.2 to 0.4) on a, "
         "not told by b alone.",
         "The recordings do not share edge wrap: b has its own, a none.",
@@ -222,7 +223,7 @@ def test_what_rigs_share_is_drawn_told_and_written(tmp_path, tmp_path_factory):
     assert all(html.escape(text, quote=False) in html.unescape(page) for text in found.common.sentences)
     index, count = write_index(tmp_path)
     assert count == 3
-    assert "Diagnosed together: short, thick" in index.read_text()
+    assert "Diagnosed together: short and thick" in index.read_text()
     assert "1 diagnosis of several recordings" in index.read_text()
 
 

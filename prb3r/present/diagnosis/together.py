@@ -10,6 +10,7 @@ from matplotlib.lines import Line2D
 from prb3r.diagnosis.result.common import Common, SharedParameter
 from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.diagnosis.result.statements import IN_WORDS
+from prb3r.markdown import listed, quoted
 from prb3r.present import rc, style
 from prb3r.present.diagnosis import sentences as say
 from prb3r.present.diagnosis.panels import panel_grid
@@ -124,7 +125,14 @@ def publish_together(
     if figure is not None:
         files = save_figure(figure, folder, SHARED_FIGURE)
         shown = picture(folder, SHARED_FIGURE, SHARED_CAPTION)
-    rows = [(diagnosis.name, pages[diagnosis.name], say.headlines(diagnosis)) for diagnosis in diagnoses]
-    content = {"names": common.recordings, "sentences": list(common.sentences), "table_of_shared": shared_table(common)}
+    rows = [
+        (diagnosis.name, pages[diagnosis.name], [say.verdict_sentences(diagnosis), *say.headlines(diagnosis)[1:]])
+        for diagnosis in diagnoses
+    ]
+    content = {
+        "names": listed(quoted(common.recordings)),
+        "sentences": list(common.sentences),
+        "table_of_shared": shared_table(common),
+    }
     page = templates().get_template("together.html.j2").render(content, figure=shown, diagnoses=rows)
     return [*files, write_whole(folder / "report.html", page.encode())]
