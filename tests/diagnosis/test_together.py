@@ -4,6 +4,7 @@ import html
 import json
 from dataclasses import replace
 from functools import cache
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -248,3 +249,17 @@ def test_what_is_not_told_is_not_drawn_and_nothing_shared_is_no_figure():
     assert places == {0.0, 1.0}
     assert [text.get_text() for text in axes.texts] == ["not told"]
     assert shared_figure(replace(common, shared=())) is None
+
+
+def test_long_names_of_recordings_leave_room_for_what_is_drawn():
+    estimate = Estimate(0.3, 0.2, 0.4)
+    names = tuple(
+        f"notched nitinol wrist, {k} notches of 1 mm, weaker toward the tip, pulled by one wire" for k in "45"
+    )
+    rubs = SharedParameter("", "friction_coefficient", names, estimate, (estimate, estimate), 1.0, True, 1.0, ())
+    figure = shared_figure(Common(names, (rubs,), {}, {}, 5.0, ()))
+    figure.draw_without_rendering()
+    (axes,) = figure.axes
+    assert axes.get_position().width > 0.4
+    bottoms = [label.get_window_extent() for label in axes.get_yticklabels()]
+    assert all(above.y0 > below.y1 for above, below in pairwise(bottoms))
