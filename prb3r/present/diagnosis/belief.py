@@ -18,8 +18,8 @@ from prb3r.quantities import unit_ending
 
 ASKED = {
     "chi-square": "all readings together are met as closely as their noise allows",
-    "scale of the noise": "the readings scatter as much as was stated",
-    "scatter of the tensions": "the tensions scatter as much as was stated",
+    "scale of the noise": "the scatter of the readings is as near the stated one as stated noise usually is",
+    "scatter of the tensions": "the scatter of the tensions is as near the stated one as stated scatter usually is",
     "largest score": "no further effect, wherever it sits, helps more than one would by chance",
     "smooth missing moments": "no moments are left that change smoothly with the loads, along the arm or in time",
     "neighbours along disks": "what is left at neighbouring disks is not alike",
