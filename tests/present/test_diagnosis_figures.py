@@ -114,6 +114,20 @@ def test_the_ranking_marks_winner_rivals_and_chance():
     assert widths == sorted(widths, reverse=True)
 
 
+def test_what_is_named_is_in_the_ranking_with_its_own_place():
+    """Also where its score is smaller than those of many others, and largest at another place."""
+    found = diagnosed()
+    table = found.tables["ranking"]
+    named = table[table["role"] == "named"].assign(place="plate 1", z=0.0)
+    others = table[table["role"] != "named"].assign(role="other")
+    crowd = pd.concat([others.assign(effect=[f"{kind}_{k}" for kind in others["effect"]]) for k in range(5)])
+    (axes,) = ranking(replace(found, tables={**found.tables, "ranking": pd.concat([crowd, named])})).axes
+    assert [label.get_text() for label in axes.get_yticklabels()][-1] == "weakened plate"
+    assert "plate 1; named: plate 4" in [text.get_text() for text in axes.texts]
+    (axes,) = ranking(found).axes
+    assert not any("named" in text.get_text() for text in axes.texts)
+
+
 def test_no_place_in_the_ranking_is_written_across_the_line_of_chance():
     (axes,) = ranking(diagnosed()).axes
     (line,) = [each for each in axes.lines if each.get_linestyle() == "--"]

@@ -36,7 +36,8 @@ FIGURES: dict[str, tuple[Callable[[Diagnosis], Figure | None], str]] = {
     ),
     "ranking": (
         ranking,
-        "Every kind of effect at the place where it helps most, tested on what refitted constants leave.",
+        "Every kind of effect at the place where it helps most, tested alone on what refitted constants leave; one "
+        "with a short bar may be needed once others are there.",
     ),
     "profiles": (
         profiles,
