@@ -59,6 +59,12 @@ def what_to_do(diagnosis: Diagnosis) -> str:
     """What a reader should do next, in a sentence or two; empty where a blunder of the set-up says so itself."""
     if diagnosis.setup:
         return ""
+    first = f"Look first whether {diagnosis.rival_blunder.blunder}. " if diagnosis.rival_blunder else ""
+    return first + _after_the_setup(diagnosis)
+
+
+def _after_the_setup(diagnosis: Diagnosis) -> str:
+    """What to do next where the set-up is right."""
     if diagnosis.why:
         return _where_unexplained(diagnosis)
     if diagnosis.verdict == "adequate":
