@@ -202,6 +202,7 @@ def check(searched: Searched, blunder: Blunder | None = None) -> Investigation:
         heldout=fresh.judge(calibrated, choice.fitted) if fresh else None,
         experiments=separations(choice, named) if verdict == "ambiguous" else (),
         failed=tuple(sequence.name for sequence in failed),
+        rival_blunder=blunder,
         remarks=(
             *doubted.recording.remarks,
             *slips_the_other_way(doubted.recording),

@@ -9,6 +9,7 @@ from datetime import UTC, datetime
 from html.parser import HTMLParser
 from pathlib import Path
 
+from prb3r.markdown import listed, quoted
 from prb3r.model.files.cells import count
 from prb3r.runs.provenance import read_manifest
 from prb3r.study.phrases import failures_in_words
@@ -70,7 +71,7 @@ def _together(folder: Path) -> Entry | None:
     if not isinstance(known.get("recordings"), list):
         return None
     answer = " ".join(map(str, known.get("statements") or []))
-    page, named = _first(folder, "report.html", "together.json"), ", ".join(map(str, known["recordings"]))
+    page, named = _first(folder, "report.html", "together.json"), listed(quoted(list(map(str, known["recordings"]))))
     date = _written(folder / "together.json")
     return Entry(f"Diagnosed together: {named}", "", answer, date, folder, page, _figure(folder, ["shared"]))
 

@@ -72,8 +72,16 @@ def _ranked(decision: Decision, k: int) -> list[str]:
             else [f"{among}it lies between the best and the worst in everything in which they differ noticeably"]
         ),
         f"at {'equal' if equal else 'the given'} weights it scores {against}",
-        f"{weights_in_words(decision, k)} put it first",
+        f"{weights_in_words(decision, k)} put it first{_oftener_first(decision, k)}",
     ]
+
+
+def _oftener_first(decision: Decision, k: int) -> str:
+    """The design that comes first at a larger share of all weights than design `k`, if there is one."""
+    other = int(np.argmax(decision.win_share))
+    if round(100 * decision.win_share[other]) <= round(100 * decision.win_share[k]):
+        return ""
+    return f", but {100 * decision.win_share[other]:.0f} % {decision.designs[other]}"
 
 
 def _nothing_does(decision: Decision) -> str:

@@ -18,13 +18,15 @@ MOST_NAMED = 6
 
 
 def wish_in_words(criterion: Criterion, quantity: Quantity) -> str:
-    """The number that a criterion bounds or prefers, in words, as the subject of a sentence."""
-    if criterion.words:
-        return criterion.words
-    title = quantity.title[:1].lower() + quantity.title[1:]
+    """The number that a criterion bounds or prefers, in words, as the subject of a sentence.
+
+    A criterion's own words stand for the quantity and its circumstances; over what it is taken is told beside them.
+    """
     over = f"{criterion.quantile:g} quantile" if criterion.quantile is not None else criterion.over
     about = [] if criterion.over == "worst" else [over]
-    about += [_circumstance(name, value) for name, value in criterion.where.items()]
+    title = criterion.words or quantity.title[:1].lower() + quantity.title[1:]
+    if not criterion.words:
+        about += [_circumstance(name, value) for name, value in criterion.where.items()]
     return f"{title} ({', '.join(about)})" if about else title
 
 

@@ -17,7 +17,8 @@ from prb3r.diagnosis.result.effects import Separation
 from prb3r.diagnosis.result.files import write_record
 from prb3r.diagnosis.result.named import separations
 from prb3r.diagnosis.result.posterior import posterior_of
-from prb3r.diagnosis.result.projection import proposed, summary_lines
+from prb3r.diagnosis.result.projection import summary_lines
+from prb3r.diagnosis.result.proposals import proposed
 from prb3r.diagnosis.result.tell import tell
 from prb3r.diagnosis.search.experiment import Experiment, best_experiments, programs, separation
 from prb3r.diagnosis.search.rivals import Rival
@@ -83,7 +84,7 @@ def test_a_set_of_effects_that_stands_in_the_place_of_what_is_named_is_said_and_
     (alone,) = separations(replace(choice, survivors=(*found.choice.survivors, none)), found.named)
     assert alone.second == "constants alone"
     lines = summary_lines(tell(replace(found, verdict="ambiguous", choice=choice, experiments=(apart,))))
-    assert "- or instead of what is named: segment_stiffness" in lines
+    assert "- or segment stiffness instead of weakened plate, 40 %" in lines
 
 
 def test_proposed_readings_are_as_noisy_as_those_that_were_recorded():

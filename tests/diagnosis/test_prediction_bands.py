@@ -46,7 +46,7 @@ def test_where_most_draws_have_no_equilibrium_there_is_no_band(weak_rig, tmp_pat
     record["posterior"]["models"] = [gone, plain | {"probability": 0.4}]
     (tmp_path / "diagnosis.json").write_text(json.dumps(record))
     found = predict(tmp_path, weak_rig / "same.toml", weak_rig / "steps.csv", draws=100)
-    assert any("there are none where more than 50% are lost" in remark for remark in found.remarks)
+    assert any("there are none where more than 50 % are lost" in remark for remark in found.remarks)
     assert found.positions["x_m"].notna().all()  # of the model that is in balance
     assert found.positions[found.positions["disk"] > 0]["x_low_m"].isna().all()
 
@@ -54,14 +54,16 @@ def test_where_most_draws_have_no_equilibrium_there_is_no_band(weak_rig, tmp_pat
 def test_what_a_mended_recording_leaves_unexplained_is_said_from_its_file_too(weak_rig, tmp_path):
     """The verdict on it is `set-up`."""
     record = json.loads((weak_rig / "diagnosis.json").read_text()) | {"verdict": "set-up"}
-    said = "the diagnosis leaves part of its recording unexplained, and the bands leave that out"
+    said = "the recording is unexplained: what carries over may stand in for something else"
     for partial in (False, True):
         record["effects"] = [effect | {"partial": partial} for effect in record["effects"]]
         (tmp_path / "diagnosis.json").write_text(json.dumps(record))
         remarks = predict(
             tmp_path, weak_rig / "same.toml", {"sequence": ["a"], "step": [1], "cable_1_n": [5.0]}
         ).remarks
-        assert (said in remarks) == partial
+        assert (f"{said}, and bands leave that out" in remarks) == partial
+        carried = predict(tmp_path, weak_rig / "same.toml")
+        assert (f"# {said}\n" in carried.to_toml()) == partial
 
 
 def test_what_alone_makes_bands_wide_is_said(weak_rig, tmp_path):

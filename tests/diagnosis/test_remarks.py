@@ -4,16 +4,19 @@ from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
+import pytest
 from diagnosis.simulated import Case, diagnosed, recorded
 
+from prb3r.diagnosis.checks.repeats import Scatter
 from prb3r.diagnosis.checks.residuals import ModelCheck
+from prb3r.diagnosis.evidence.noise_level import AS_STATED, EstimatedLevel, EstimatedScale
 from prb3r.diagnosis.fit.least_squares import fit
 from prb3r.diagnosis.fit.tolerance import EstimatedTolerances
 from prb3r.diagnosis.investigate import run_stages
 from prb3r.diagnosis.known import Task
 from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.diagnosis.result.remarks import against_the_best, likely_too
-from prb3r.diagnosis.result.rig_remarks import beyond_tolerance, misplaced_marker, without_mass
+from prb3r.diagnosis.result.rig_remarks import beyond_tolerance, misplaced_marker, noisy, scattered, without_mass
 from prb3r.diagnosis.search.apply import serially
 from prb3r.diagnosis.search.pool import Survivor
 from prb3r.diagnosis.search.selection import simplest
@@ -112,6 +115,18 @@ def test_checks_that_speak_against_the_best_model_are_told_with_their_chances():
     (said,) = against_the_best(checks, Settings())
     assert said.endswith("neighbours along steps (below 0.0001); sequence d (0.002)")
     assert not against_the_best(checks[:1], Settings())
+
+
+@pytest.mark.parametrize("factor", [0.4, 2.5])
+def test_only_noise_above_the_stated_one_is_looked_for_on_the_rig(factor):
+    scale = EstimatedScale(factor, 0.9 * factor, 1.1 * factor)
+    (readings, tensions) = noisy(EstimatedLevel(AS_STATED, scale, scale), Settings())
+    for said, disturbed in ((readings, "the readings"), (tensions, "the tensions")):
+        assert f"{factor:.2g} times the stated one" in said
+        assert "state it so" in said
+        assert (f"look for what disturbs {disturbed}" in said) == (factor > 1)
+    (again,) = scattered(Scatter(factor, 44, factor > 1))
+    assert ("more than chance allows" in again) == (factor > 1)
 
 
 def test_that_gravity_could_not_act_is_told():

@@ -13,6 +13,7 @@ from prb3r.diagnosis.fit.constants import Constants
 from prb3r.diagnosis.fit.prediction import predictor
 from prb3r.diagnosis.investigate import investigate, run_stages
 from prb3r.diagnosis.known import Task
+from prb3r.diagnosis.result.mismatch import mismatch_of
 from prb3r.diagnosis.settings import Settings
 from prb3r.mechanics.chain import Loads
 from prb3r.model.effects.plates import NonlinearPlate
@@ -56,6 +57,10 @@ def test_a_camera_that_moved_between_repetitions_is_no_noise():
 def test_readings_that_scatter_more_than_stated_are_no_effect():
     found = investigate(Task(pulled_again(2.0)))
     assert found.verdict == "adequate"
+    assert found.before.largest > found.before.threshold  # under the stated noise there seemed to be something
+    nothing = mismatch_of(found)
+    assert nothing.statement == "Nothing is left that chance does not explain."
+    assert (nothing.plates, nothing.sequences, nothing.depends_on) == ((), (), ())
     assert found.choice.level.level.scale == pytest.approx(2, rel=0.1)
     assert any("pulled again" in remark and "more than chance allows" in remark for remark in found.remarks)
     assert any("times the stated one" in remark for remark in found.remarks)

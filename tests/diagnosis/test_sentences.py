@@ -41,6 +41,7 @@ def test_one_direction_makes_sense_where_the_other_does_not_exist(library):
         ("cable_friction", {"cables": ("2",)}, {"coefficient": (0.1, 0.0, 0.2)}, "Cable 2 rubs less in its holes"),
         ("slip_history", {}, {"presliding_m": (3e-5, None, None)}, "over 30 micrometres of travel"),
         ("slip_history", {}, {"presliding_m": (2.41e-3, 9e-4, 5e-3)}, "over 2410 (900 to 5000) micrometres of travel"),
+        ("worn_hole", {"disk": 0}, {"coefficient": (0.32645, 0.10945, 0.36668)}, "coefficient 0.326 (0.109 to 0.367)"),
         ("worn_hole", {"disk": 0}, {"coefficient": (0.5, None, None)}, "The holes of the base disk rub more than"),
         ("worn_hole", {"disk": 0}, {"coefficient": (5.7e-9, None, None)}, "than the others: friction coefficient 0."),
         ("worn_hole", {"disk": 3, "cables": ("1",)}, {"coefficient": (0.1, None, None)}, "disk 3 rub less than"),

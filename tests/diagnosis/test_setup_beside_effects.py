@@ -16,6 +16,8 @@ from prb3r.diagnosis.fit.covariance import NoiseLevel
 from prb3r.diagnosis.fit.prediction import predictor
 from prb3r.diagnosis.investigate import investigate, without_blunders
 from prb3r.diagnosis.known import Task
+from prb3r.diagnosis.result.answer import what_to_do
+from prb3r.diagnosis.result.tell import tell
 from prb3r.diagnosis.search.apply import serially
 from prb3r.diagnosis.search.search import Search
 from prb3r.diagnosis.settings import Settings
@@ -194,6 +196,7 @@ def test_a_rival_blunder_leaves_an_explanation_ambiguous():
     beside = check(searched, rival)
     assert beside.verdict == "ambiguous"
     assert any("cables 1 and 2 are exchanged just as well" in remark for remark in beside.remarks)
+    assert what_to_do(tell(beside)).startswith("Look first whether cables 1 and 2 are exchanged. ")
 
 
 @pytest.mark.parametrize("later", ["the same", "what looked the same", "another", None])

@@ -4,6 +4,7 @@ import html
 import json
 from dataclasses import replace
 from functools import cache
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -12,12 +13,14 @@ from matplotlib.figure import Figure
 from present.browser import stands
 
 import prb3r
+from prb3r.diagnosis import together as joined
 from prb3r.diagnosis.known import Task
-from prb3r.diagnosis.result.common import Common, SharedParameter, write_common
+from prb3r.diagnosis.result.common import Common, SharedParameter, common_of, write_common
 from prb3r.diagnosis.result.statements import Estimate
 from prb3r.diagnosis.run import joint_diagnosis_of
+from prb3r.diagnosis.search.agreement import log_bayes_factor
+from prb3r.diagnosis.search.joint_pool import fit_joint
 from prb3r.diagnosis.settings import Settings
-from prb3r.diagnosis.together import diagnose_together
 from prb3r.errors import SpecError
 from prb3r.front.diagnoses import DiagnosisReport, JointReport
 from prb3r.present.diagnosis.together import shared_figure
@@ -27,11 +30,17 @@ from prb3r.recording.recording import Sharing
 TRUE_E, TRUE_MU = 1.05 * E, 0.27
 
 
+SEARCHED = []
+"""What was searched together, of every call of :func:`together` that was computed, with its result."""
+
+
 @cache
 def together(modulus=TRUE_E, friction=TRUE_MU):
     """The short rig and a thick one of some modulus and friction."""
     rigs = recorded_sister("short"), recorded_sister("thick", modulus, friction)
-    return diagnose_together([Task(recording) for recording in rigs])
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(joined, "common_of", lambda whole, names: SEARCHED.append(whole) or common_of(whole, names))
+        return joined.diagnose_together([Task(recording) for recording in rigs])
 
 
 def shared(found):
@@ -65,6 +74,28 @@ def test_what_rigs_share_is_found_once_and_narrower_than_from_either_alone():
         assert law.knee_strain == pytest.approx(told["nonlinear_plate", "knee_strain"].together.value)
         assert diagnosis.verdict == "explained"
         assert diagnosis.heldout.chi2_explained < 1.3 * diagnosis.heldout.readings
+
+
+def test_evidence_of_sharing_is_no_evidence_of_noise():
+    """The same joint models under half as much noise again, as where they leave something unexplained: what they share
+    is told less well, so that its evidence is less, whatever more noise explains."""
+    found = together()
+    whole = next(each for each in SEARCHED if log_bayes_factor(each) == found.common.log_bayes_factor)
+
+    def louder(single):
+        fitted, doubts = single.choice.fitted, single.choice.doubts
+        coarser = replace(doubts, level=doubts.level._replace(scale=1.5 * doubts.level.scale))
+        return coarser.noise(fitted.model.predict, fitted.solved, fitted.model.settings)
+
+    noises = [louder(single) for single in whole.joined]
+
+    def under_more(survivor):
+        model = survivor.fitted.model
+        rigs = tuple(replace(rig, noise=noise) for rig, noise in zip(model.rigs, noises, strict=True))
+        return replace(survivor, fitted=fit_joint((replace(model, rigs=rigs), survivor.fitted.p)))
+
+    coarse = replace(whole, survivors=tuple(map(under_more, whole.survivors)))
+    assert 0 < log_bayes_factor(coarse) < found.common.log_bayes_factor
 
 
 def test_the_interval_beside_an_effect_is_that_of_all_recordings():
@@ -136,7 +167,8 @@ def test_what_is_not_shared_is_said_in_words():
         ("x",),
     )
     assert list(common.sentences) == [
-        "ln of the evidence of what is shared against each recording by itself: -5.0, which speaks against sharing.",
+        "The recordings speak against it that the rigs share the friction coefficient (the Bayes factor of that "
+        "against each recording by itself has ln -5.0; 3 is strong).",
         "The recordings agree on the friction coefficient: 0.3 (0.2 to 0.4) together, 0.3 (0.2 to 0.4) on a, "
         "not told by b alone.",
         "The recordings do not share edge wrap: b has its own, a none.",
@@ -192,14 +224,14 @@ def test_what_rigs_share_is_drawn_told_and_written(tmp_path, tmp_path_factory):
     assert all(html.escape(text, quote=False) in html.unescape(page) for text in found.common.sentences)
     index, count = write_index(tmp_path)
     assert count == 3
-    assert "Diagnosed together: short, thick" in index.read_text()
+    assert "Diagnosed together: short and thick" in index.read_text()
     assert "1 diagnosis of several recordings" in index.read_text()
 
 
 def test_a_recording_that_tells_a_shared_parameter_nothing_says_so_in_plain_numbers(tmp_path):
     """As if each needed a standard deviation of nothing to tell one."""
     rigs, settings = (recorded_sister("short"), recorded_sister("thick")), Settings(untold_share=0.0)
-    common = diagnose_together([Task(recording, settings=settings) for recording in rigs]).common
+    common = joined.diagnose_together([Task(recording, settings=settings) for recording in rigs]).common
     untold = [estimate for each in common.shared if each.effect for estimate in each.alone]
     assert untold
     assert all(np.isfinite(estimate.value) and estimate.low is None for estimate in untold)
@@ -217,3 +249,17 @@ def test_what_is_not_told_is_not_drawn_and_nothing_shared_is_no_figure():
     assert places == {0.0, 1.0}
     assert [text.get_text() for text in axes.texts] == ["not told"]
     assert shared_figure(replace(common, shared=())) is None
+
+
+def test_long_names_of_recordings_leave_room_for_what_is_drawn():
+    estimate = Estimate(0.3, 0.2, 0.4)
+    names = tuple(
+        f"notched nitinol wrist, {k} notches of 1 mm, weaker toward the tip, pulled by one wire" for k in "45"
+    )
+    rubs = SharedParameter("", "friction_coefficient", names, estimate, (estimate, estimate), 1.0, True, 1.0, ())
+    figure = shared_figure(Common(names, (rubs,), {}, {}, 5.0, ()))
+    figure.draw_without_rendering()
+    (axes,) = figure.axes
+    assert axes.get_position().width > 0.4
+    bottoms = [label.get_window_extent() for label in axes.get_yticklabels()]
+    assert all(above.y0 > below.y1 for above, below in pairwise(bottoms))

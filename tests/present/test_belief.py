@@ -10,11 +10,12 @@ from prb3r import load_manipulator
 from prb3r.diagnosis.checks.heldout import HeldOut
 from prb3r.diagnosis.checks.residuals import ModelCheck
 from prb3r.diagnosis.result.numbers import NoiseFound, SurvivingModel, ToleranceFound
+from prb3r.diagnosis.result.statements import Estimate
 from prb3r.model.effects.cables import HoleClearance
 from prb3r.model.effects.friction import PulleyFriction
 from prb3r.model.effects.plates import ClampCompliance, WeakenedPlate
 from prb3r.present.diagnosis import belief
-from prb3r.present.diagnosis.sentences import confirmation, percent
+from prb3r.present.diagnosis.sentences import confirmation, estimate_texts, percent, value_text
 
 NOMINAL = load_manipulator("studies/manipulators/two-segment.toml")
 PLATE, PULLEY = "weakened_plate (plate 4)", "pulley_friction"
@@ -34,7 +35,14 @@ def told(**known):
         "checks": (),
         "settings": {},
     }
-    return SimpleNamespace(**(empty | known))
+    stand = [
+        SimpleNamespace(
+            probability=one.probability,
+            effects=[SimpleNamespace(kind=name.split(" (")[0]) for name in one.effects],
+        )
+        for one in known.get("models", ())
+    ]
+    return SimpleNamespace(**(empty | {"posterior": SimpleNamespace(models=stand)} | known))
 
 
 def model(probability, *effects, score=-0.5):
@@ -61,15 +69,23 @@ def test_what_the_sets_have_in_common_is_said_and_agrees_with_their_table(models
     assert belief.standing_sets(told(models=models, effects=(WEAK,))).startswith(said)
 
 
+def test_sets_that_stand_but_are_not_listed_are_counted():
+    models = (model(0.6, PLATE), model(0.2, PLATE, PULLEY), model(0.15, PULLEY), model(0.05))
+    assert belief.unlisted_sets(told(models=models)) == (
+        "Any other is less probable than the first by a factor of more than 150."
+    )
+    known = told(models=models)
+    known.models = models[:2]
+    assert belief.unlisted_sets(known).startswith("2 more sets (20 % in all) are not listed; any other is less")
+    known.models = models[:3]
+    assert belief.unlisted_sets(known).startswith("1 more set (5 % in all) is not listed")
+
+
 def test_where_others_could_stand_in_its_place_nothing_is_said_to_be_in_all_sets():
     known = told(
         models=(model(0.6, PLATE), model(0.4, PULLEY)), effects=(WEAK,), alternatives=(("pulley_friction",), ())
     )
     assert belief.standing_sets(known) == ""
-    assert list(belief.other_sets(known)) == [
-        "Instead of what is named: pulley friction.",
-        "Instead of what is named: nothing but constants.",
-    ]
     assert belief.standing_sets(told(models=(model(1.0),))) == ""
 
 
@@ -134,6 +150,18 @@ def test_what_is_of_the_material_carries_over_and_faults_stay():
     ]
 
 
+def test_what_carries_over_but_is_not_certain_is_told_with_its_probability():
+    clamps, play = ClampCompliance(compliance_rad_per_n_m=0.01), HoleClearance(clearance_m=1e-4)
+    effects = [
+        SimpleNamespace(kind="clamp_compliance", certain=False, partial=False, probability=0.36),
+        SimpleNamespace(kind="hole_clearance", certain=True, partial=False, probability=1.0),
+    ]
+    known = told(explained=SimpleNamespace(effects=[clamps, play]), effects=effects, alternatives=(("gravity",),))
+    carried, weighed = belief.carry_over(known)
+    assert carried.endswith("E, μ, clamp compliance (36 %), hole clearance.")
+    assert "weighs them by their probabilities" in weighed
+
+
 def test_while_a_mismatch_remains_nothing_stands_or_carries_over():
     known = told(verdict="unexplained", why="a mismatch remains", models=(model(1.0, PULLEY),), effects=(WORN,))
     assert belief.surviving_models(known) is None
@@ -163,6 +191,29 @@ def test_tolerances_have_units_whatever_they_are_called():
 def test_what_is_less_than_all_is_never_called_all(share):
     assert "100" not in percent(share)
     assert percent(1.0) == "100 %"
+
+
+@pytest.mark.parametrize(
+    ("name", "estimate", "texts"),
+    [
+        ("knee_per_m", Estimate(279.9, 232.3, 292.9), ("280 1/m", "232 to 293 1/m")),
+        ("angle_rad", Estimate(0.2222, 0.217, 0.2674), ("12.7°", "12.4 to 15.3°")),
+        ("offset_m", Estimate(-8e-4, -1.02e-3, 5e-6), ("−0.8 mm", "−1.02 to 0.005 mm")),
+        ("sharpness", Estimate(18.71, 9.65, 20.0, (False, True)), ("18.7", "9.65 or more")),
+        ("stiffness_n_m_per_rad", Estimate(0.08, 0.03, 8.03, (True, False)), ("0.08 N m/rad", "up to 8.03 N m/rad")),
+        ("youngs_modulus_pa", Estimate(1.884e10), ("18.8 GPa", "–")),
+    ],
+)
+def test_a_value_and_its_interval_have_one_unit_and_the_digits_of_its_sentence(name, estimate, texts):
+    assert estimate_texts(name, estimate) == texts
+    assert value_text(name, estimate.value) == texts[0]
+
+
+@pytest.mark.parametrize(
+    ("share", "text"), [(-0.0312, "−3.1 %"), (0.0158, "1.6 %"), (0.00957, "0.96 %"), (0.36, "36 %"), (-0.5, "−50 %")]
+)
+def test_small_shares_are_told_with_two_digits(share, text):
+    assert percent(share) == text
 
 
 def test_errors_that_are_left_are_told_of_positions_and_of_angles_each():

@@ -114,6 +114,20 @@ def test_the_ranking_marks_winner_rivals_and_chance():
     assert widths == sorted(widths, reverse=True)
 
 
+def test_what_is_named_is_in_the_ranking_with_its_own_place():
+    """Also where its score is smaller than those of many others, and largest at another place."""
+    found = diagnosed()
+    table = found.tables["ranking"]
+    named = table[table["role"] == "named"].assign(place="plate 1", z=0.0)
+    others = table[table["role"] != "named"].assign(role="other")
+    crowd = pd.concat([others.assign(effect=[f"{kind}_{k}" for kind in others["effect"]]) for k in range(5)])
+    (axes,) = ranking(replace(found, tables={**found.tables, "ranking": pd.concat([crowd, named])})).axes
+    assert [label.get_text() for label in axes.get_yticklabels()][-1] == "weakened plate"
+    assert "plate 1; named: plate 4" in [text.get_text() for text in axes.texts]
+    (axes,) = ranking(found).axes
+    assert not any("named" in text.get_text() for text in axes.texts)
+
+
 def test_no_place_in_the_ranking_is_written_across_the_line_of_chance():
     (axes,) = ranking(diagnosed()).axes
     (line,) = [each for each in axes.lines if each.get_linestyle() == "--"]
@@ -173,10 +187,12 @@ def test_the_page_says_the_verdict_and_what_calibration_had_hidden():
     assert all("Neither is to be trusted" in text for text in unknown["hidden"])
     other = content(disputed())
     (alternative,) = other["alternatives"]
-    text, _, size = alternative.removesuffix(".").partition(" with factor ")
+    text, _, size = alternative.removesuffix("; what is known beforehand speaks against that.").partition(
+        " with factor "
+    )
     assert text == "weakened plate (plate 4): these recordings cannot tell it from segment stiffness (segment 2)"
     assert float(size) == pytest.approx(3 / (2 + 1 / WEAK["factor"]), abs=0.06)  # the same compliance of three plates
-    assert "cannot tell apart" in other["verdict"]
+    assert other["verdict"].startswith("Explained, but not in one way alone: one effect (certain) accounts for")
 
 
 def test_effects_that_meet_the_noise_in_vain_are_doubtful_and_not_poor(tmp_path):

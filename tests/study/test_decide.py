@@ -61,6 +61,18 @@ def test_a_small_table_by_hand():
     assert (move.low, move.high) == pytest.approx(((3 / 11) / (8 / 11), (9 / 13) / (4 / 13)))
 
 
+def test_a_design_that_other_weights_favour_more_often_is_told_beside_the_recommended_one():
+    told = [
+        recommendation(decide(cases(TABLE, [], [greater("area", weight=weight), less("force")])))
+        for weight in (9.0, 1.0)
+    ]
+    assert "thin" in told[0]
+    assert " of all weights put it first, but 4" in told[0]
+    assert told[0].rstrip(".").endswith("% middle")
+    assert "middle" in told[1]
+    assert "put it first, but" not in told[1]
+
+
 def test_what_excludes_and_by_how_much():
     known = decide(cases(TABLE, [Requirement(metric="force", at_most=75), Requirement(metric="area", at_least=1.5)]))
     assert known.margins[:, 0] == pytest.approx([-0.2, 0.2, 1 / 3, -1 / 15])

@@ -39,8 +39,8 @@ def parts(recording: Recording, most_segments: int) -> Iterator[tuple[str, str, 
     tension, step, disk = recording.loads.tension, recording.readings.step, recording.readings.disk
     change = np.diff(tension.sum(1), prepend=0.0)
     change[recording.begins] = tension.sum(1)[recording.begins]
-    yield "direction", "loading", (change > 0)[step]
-    yield "direction", "unloading", (change < 0)[step]
+    yield "direction", "tensions rise", (change > 0)[step]
+    yield "direction", "tensions fall", (change < 0)[step]
     first = 1
     for number, end in enumerate(recording.manipulator.segment_ends, 1):
         yield "segment", f"disks {first} to {end}", (disk >= first) & (disk <= end)
@@ -56,7 +56,7 @@ def parts(recording: Recording, most_segments: int) -> Iterator[tuple[str, str, 
 
 
 def clues(calibrated: Fit) -> list[Clue]:
-    """The constants of every part that tells them well enough, in the order of :func:`parts`."""
+    """The constants of every part that is not the whole and tells them well enough, in the order of :func:`parts`."""
     settings, varied = calibrated.model.settings, calibrated.model.varied
     factors = [k for k, name in enumerate(varied) if name.startswith("log_")]
     count = calibrated.model.predict.recording.readings.count
@@ -64,7 +64,7 @@ def clues(calibrated: Fit) -> list[Clue]:
     for by, part, mask in parts(calibrated.model.predict.recording, settings.most_segments_told):
         columns, residual = calibrated.jacobian[:count][mask][:, factors], calibrated.residual[:count][mask]
         normal = columns.T @ columns
-        if mask.sum() < settings.fewest_readings_of_part or np.linalg.cond(normal) > SINGULAR:
+        if mask.all() or mask.sum() < settings.fewest_readings_of_part or np.linalg.cond(normal) > SINGULAR:
             continue
         covariance = np.linalg.inv(normal)
         step = -covariance @ (columns.T @ residual)

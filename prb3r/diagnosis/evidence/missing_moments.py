@@ -55,14 +55,20 @@ def mechanism(fitted: Fit) -> Mechanism:
 
 
 def laws(fitted: Fit, mechanics: Mechanism) -> list[MomentPattern]:
-    """The dictionary of patterns: of the whole arm, of each plate, of each sequence, and frames that moved."""
-    recording = fitted.model.predict.recording
-    patterns = [MomentPattern(of, WHOLE, values) for of, values in mechanics.influences.items()]
+    """The dictionary of patterns: of the whole arm, of each plate, of each sequence, and frames that moved.
+
+    Where all cables slip one way at every step, the direction of slip makes no pattern beside the tensions.
+    """
+    recording, known = fitted.model.predict.recording, dict(mechanics.influences)
+    if np.array_equal(np.abs(known["direction"]), np.abs(known["tension"])):
+        del known["direction"]
+    patterns = [MomentPattern(of, WHOLE, values) for of, values in known.items()]
     n = mechanics.pull.shape[1]
     for plate in range(n):
         only = np.arange(n) == plate
         for of in ("constant", "bend", "tension", "direction"):
-            patterns.append(MomentPattern(of, f"plate {plate + 1}", mechanics.influences[of] * only, plate + 1))
+            if of in known:
+                patterns.append(MomentPattern(of, f"plate {plate + 1}", known[of] * only, plate + 1))
     patterns.append(MomentPattern("time", WHOLE, mechanics.pull * recording.of_sequence[:, None]))
     patterns.append(MomentPattern("time", WHOLE, mechanics.pull * mechanics.influences["time"]))
     for k, name in enumerate(recording.sequences):

@@ -51,19 +51,19 @@ def _coefficient(scope: Scope, place: Place) -> tuple[Free, ...]:
     return (Free("coefficient", 0.0, 0.0, 2.0, above=scope.manipulator.friction.coefficient > 0, sd=0.3),)
 
 
-def _rounded(coefficient: Estimate) -> Estimate:
-    """A friction coefficient rounded to a ten-thousandth: what is less counts as none."""
-    low, high = (None if end is None else round(end, 4) for end in (coefficient.low, coefficient.high))
-    return Estimate(round(coefficient.value, 4), low, high, coefficient.open)
+def _or_none(coefficient: Estimate) -> Estimate:
+    """A friction coefficient; what is less than half a ten-thousandth counts as none."""
+    value, low, high = (0.0 if end is not None and abs(end) < 5e-5 else end for end in coefficient.numbers)
+    return Estimate(value or 0.0, low, high, coefficient.open)
 
 
 def _rubbing_sentence(fitted: Occurrence) -> str:
     cables = ", ".join(fitted.place.get("cables", ()))
     if cables and fitted.friction:
-        size = _rounded(fitted.size)
+        size = _or_none(fitted.size)
         return f"Cable {cables} rubs {fitted.more} in its holes than the others: friction coefficient {size}."
     who = f"Cable {cables} rubs in its holes" if cables else "The cables rub in their holes"
-    return f"{who} with a coefficient of {_rounded(fitted.size)}, where the nominal model has no friction."
+    return f"{who} with a coefficient of {_or_none(fitted.size)}, where the nominal model has no friction."
 
 
 def _pulley(scope: Scope, place: Place) -> tuple[Free, ...]:
@@ -173,7 +173,7 @@ def _worn_sentence(fitted: Occurrence) -> str:
     disk = fitted.place["disk"]
     where = f"disk {disk}" if disk else "the base disk"
     whose = f" for {fitted.of_cables}" if fitted.place.get("cables") else ""
-    size = _rounded(fitted.size)
+    size = _or_none(fitted.size)
     return f"The holes of {where} rub {fitted.more} than the others{whose}: friction coefficient {size}."
 
 

@@ -18,7 +18,7 @@ def _gravity(scope: Scope, place: Place) -> tuple[Free, ...]:
 
 def _gravity_sentence(fitted: Occurrence) -> str:
     x, y = fitted.estimates["x_m_s2"], fitted.estimates["y_m_s2"]
-    return f"Gravity acts in the plane: ({x}, {y}) m/s^2 on every disk's mass."
+    return f"Gravity acts in the plane: {x} m/s^2 along x and {y} m/s^2 along y on every disk's mass."
 
 
 def _force(scope: Scope, place: Place) -> tuple[Free, ...]:
@@ -29,7 +29,8 @@ def _force(scope: Scope, place: Place) -> tuple[Free, ...]:
 
 
 def _force_sentence(fitted: Occurrence) -> str:
-    return f"An unrecorded force of ({fitted.estimates['x_n']}, {fitted.estimates['y_n']}) N acts at the tip."
+    x, y = fitted.estimates["x_n"], fitted.estimates["y_n"]
+    return f"An unrecorded force of {x} N along x and {y} N along y acts at the tip."
 
 
 def _tube(scope: Scope, place: Place) -> tuple[Free, ...]:

@@ -50,13 +50,25 @@ class SharedParameter:
     """Limits for what is said of sharing."""
 
     @property
+    def quantity(self) -> str:
+        """The parameter and its effect in words."""
+        of_effect = f" of {self.effect.replace('_', ' ')}" if self.effect else ""
+        return self._in_words[0] + of_effect
+
+    @property
+    def _in_words(self) -> tuple[str, float, str]:
+        """The parameter in words, without its effect, and the factor and unit in which people read it."""
+        plain = (
+            f"the {name_in_words(self.parameter).lower()}",
+            1.0,
+            f" {describe(self.parameter).unit}".removesuffix(" 1"),
+        )
+        return IN_WORDS.get(self.parameter, plain)
+
+    @property
     def statement(self) -> str:
         """Whether the recordings agree on the parameter, with its values, in a sentence."""
-        stem = name_in_words(self.parameter)
-        plain = (f"the {stem.lower()}", 1.0, f" {describe(self.parameter).unit}".removesuffix(" 1"))
-        quantity, factor, unit = IN_WORDS.get(self.parameter, plain)
-        if self.effect:
-            quantity += f" of {self.effect.replace('_', ' ')}"
+        quantity, (_, factor, unit) = self.quantity, self._in_words
         said = [
             f"{estimate.times(factor)}{unit} on {name}" if estimate.low is not None else f"not told by {name} alone"
             for name, estimate in zip(quoted(self.recordings), self.alone, strict=True)
@@ -102,9 +114,11 @@ class Common:
             yield "The rigs share nothing of what was found: each recording tells its values alone."
         else:
             factor, least = self.log_bayes_factor, self.settings.strong_log_bayes_factor
-            ruled = "speaks against sharing" if factor < -least else "leaves it open whether they share that"
-            ruled = "bears sharing out" if factor > least else ruled
-            yield f"ln of the evidence of what is shared against each recording by itself: {factor:.1f}, which {ruled}."
+            ruled = "speak against it that" if factor < -least else "leave open whether"
+            ruled = "bear out that" if factor > least else ruled
+            what = listed([parameter.quantity for parameter in self.shared])
+            odds = f"the Bayes factor of that against each recording by itself has ln {factor:.1f}; {least:g} is strong"
+            yield f"The recordings {ruled} the rigs share {what} ({odds})."
         yield from (parameter.statement for parameter in self.shared)
         shown = dict(zip(self.recordings, quoted(self.recordings), strict=True))
         for effect, known in self.unshared.items():

@@ -57,9 +57,9 @@ class DesignPrediction:
     with the ends of its band; NaN without an equilibrium.  None where no steps were given."""
 
     def to_toml(self) -> str:
-        """The text of the design's manipulator file, with what was left behind as comments."""
+        """The text of the design's manipulator file, with what was left behind, and the remarks, as comments."""
         comments = ["prb3r predict: what a diagnosis teaches, on this design"]
-        comments += [f"left behind: {reason}" for reason in self.left_behind]
+        comments += [*(f"left behind: {reason}" for reason in self.left_behind), *self.remarks]
         plain = self.manipulator.model_dump(exclude_none=True)
         lines = [f"# {comment}\n" for comment in comments]
         return "".join(lines) + toml_text({key: value for key, value in plain.items() if value != []})
@@ -83,10 +83,11 @@ def predict_design(
     columns = read_table(steps) if isinstance(steps, str | Path) else steps
     design = LearntDesign(posterior, manipulator_of(manipulator), timed=columns is None or TIME in columns)
     (central, left), remarks = design.of(posterior.named), design.remarks
+    if verdict == "unexplained":
+        bands = "" if steps is None else ", and bands leave that out"
+        remarks.append(f"the recording is unexplained: what carries over may stand in for something else{bands}")
     if steps is None:
         return DesignPrediction(central, left, tuple(remarks), None)
-    if verdict == "unexplained":
-        remarks.append("the diagnosis leaves part of its recording unexplained, and the bands leave that out")
     if left:
         remarks.append(
             "what is left behind is there as the design's file has it, or absent, and the bands hold nothing of it"
@@ -117,9 +118,9 @@ def predict_design(
         if (few := lost > Settings.most_lost_draws).any():
             spread[:, few], told = (
                 np.nan,
-                f"{told}, and there are none where more than {Settings.most_lost_draws:.0%} are lost",
+                f"{told}, and there are none where more than {100 * Settings.most_lost_draws:.0f} % are lost",
             )
-        remarks.append(f"at some step {lost.max():.0%} of the draws have no equilibrium; {told}")
+        remarks.append(f"at some step {100 * lost.max():.2g} % of the draws have no equilibrium; {told}")
     return DesignPrediction(central, left, tuple(remarks), _banded(positions, centre, spread))
 
 

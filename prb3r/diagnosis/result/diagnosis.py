@@ -92,6 +92,8 @@ class Diagnosis:
     """The settings that the diagnosis was made with, by name."""
     setup: tuple[Blunder, ...] = ()
     """Blunders of the set-up, in the order in which they are mended; all else is said of the recording without them."""
+    rival_blunder: Blunder | None = None
+    """A blunder that would explain the recording in the place of effects, but with too little evidence to be said."""
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__} of {self.name!r}: {self.verdict}>"

@@ -3,13 +3,11 @@ a mended recording."""
 
 import json
 import re
-from collections.abc import Iterator
 from pathlib import Path
 
-import pandas as pd
-
 from prb3r.diagnosis.result.diagnosis import Diagnosis
-from prb3r.diagnosis.result.projection import MENDED, as_json, proposed
+from prb3r.diagnosis.result.projection import MENDED, as_json
+from prb3r.diagnosis.result.proposals import files_of, proposed
 from prb3r.diagnosis.result.tables import QUANTITIES
 from prb3r.model.files.comma_separated import csv_text
 from prb3r.model.files.toml import toml_text
@@ -42,7 +40,8 @@ def write_record(diagnosis: Diagnosis, folder: str | Path) -> list[Path]:
     texts = {}
     for name, manipulator in diagnosis.manipulators.items():
         texts[f"{name}.toml"] = manipulator_toml(manipulator, _provenance(diagnosis, name))
-    texts |= {name: csv_text(steps) for name, steps in _proposed(diagnosis)}
+    programs = files_of(proposed(diagnosis.experiments))
+    texts |= {name: csv_text(program.experiment.steps) for name, program in programs.items()}
     for old in [*folder.glob("next_experiment*.csv"), *folder.glob("closure.toml")]:
         if old.name not in texts and re.fullmatch(r"next_experiment(_\d+)?\.csv|closure\.toml", old.name):
             old.unlink()  # of an earlier diagnosis
@@ -67,13 +66,6 @@ def _clear(mended: Path) -> None:
         (mended / name).unlink(missing_ok=True)
     if mended.is_dir() and not any(mended.iterdir()):
         mended.rmdir()
-
-
-def _proposed(diagnosis: Diagnosis) -> Iterator[tuple[str, pd.DataFrame]]:
-    """File name and steps of each proposed experiment."""
-    programs = proposed(diagnosis.experiments)
-    for number, program in enumerate(programs, 1):
-        yield f"next_experiment{f'_{number}' if len(programs) > 1 else ''}.csv", program.experiment.steps
 
 
 def _provenance(diagnosis: Diagnosis, name: str) -> str:

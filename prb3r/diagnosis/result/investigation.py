@@ -61,6 +61,8 @@ class Investigation:
     """Names of sequences set aside that the chosen model does not predict."""
     blunders: tuple[Blunder, ...] = ()
     """Blunders of the set-up; all else is said of the recording without them."""
+    rival_blunder: Blunder | None = None
+    """A blunder that would explain the recording in the place of effects, but with too little evidence to be said."""
 
     @property
     def explained(self) -> Fit:

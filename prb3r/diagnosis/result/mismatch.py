@@ -6,7 +6,7 @@ from prb3r.diagnosis.evidence.missing_moments import WHOLE
 from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.diagnosis.result.effects import Mismatch
 from prb3r.diagnosis.result.investigation import Investigation
-from prb3r.markdown import few
+from prb3r.markdown import few, listed
 from prb3r.recording.recording import Recording
 
 GOES_WITH = {
@@ -26,10 +26,14 @@ def mismatch_of(investigation: Investigation) -> Mismatch:
     """Where the mismatch sits and what it depends on: what calibration leaves, or what the chosen model leaves where
     that is structured beyond the stated accuracy.
 
-    Laws of missing moments count whose score is near the largest one.
+    Laws of missing moments count whose score is near the largest one.  Where nothing is left there is none, although
+    the test under the stated noise may have shown one.
     """
     scores, fitted = investigation.unmet
-    settings = fitted.model.settings
+    settings, structured = fitted.model.settings, investigation.choice.beyond_stated
+    nothing = "Nothing is left that chance does not explain."
+    if not (investigation.named or investigation.choice.structured or investigation.why):
+        return Mismatch((), (), (), nothing)
     strong = [
         (float(z), direction.subject)
         for z, direction in zip(scores.z, scores.alternatives, strict=True)
@@ -43,15 +47,15 @@ def mismatch_of(investigation: Investigation) -> Mismatch:
     plates = {law.plate for law in top if law.plate}
     for named in investigation.named:
         plates |= set(named.places["plate"][1]) if "plate" in named.places else set()
-    recording, structured = fitted.model.predict.recording, investigation.choice.beyond_stated
+    recording = fitted.model.predict.recording
     sequences = loud_sequences(recording, fitted.residual[: recording.readings.count], settings.loud_sd)
-    if not strong and not investigation.named and not structured:
-        statement = "Nothing is left that chance does not explain."
+    if not (strong or investigation.named or investigation.choice.structured):
+        statement = nothing
     else:
         places = dict.fromkeys(_place_in_words(law.place) for law in top[: settings.most_places_said])
         where = ", ".join(places) if places else "at no single place"
         said = depends[: settings.most_quantities_said]
-        on = " and ".join(GOES_WITH.get(of, of) for of in said) or "nothing that was tried"
+        on = listed([GOES_WITH.get(of, of) for of in said] or ["nothing that was tried"])
         explained = structured and investigation.named
         left = "What is left after the best explanation" if explained else "What refitted constants leave"
         statement = f"{left} sits {where}, and goes with {on}."

@@ -1,7 +1,7 @@
 """All that is found out about an effect that the diagnosis names: intervals, places, rivals, and what it gains."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from prb3r.diagnosis.checks.heldout import Unseen
@@ -67,7 +67,8 @@ def named_effect(choice: Choice, number: int, search: Search, fresh: Unseen | No
     statement = sentence(hypothesis, parameters, fitted.model.friction(fitted.p))
     for key, (value, among) in places.items():
         if others := [place_text(other) for other in among if other != value]:
-            statement += f" These recordings cannot tell {key} {place_text(value)} from {key} {', '.join(others)}."
+            one = key.removesuffix("s") if isinstance(value, tuple) and len(value) == 1 else key
+            statement += f" These recordings cannot tell {one} {place_text(value)} from {', '.join(others)}."
     return Named(
         hypothesis=hypothesis,
         parameters=parameters,
@@ -160,14 +161,24 @@ def _together(effects: frozenset[Hypothesis]) -> str:
 
 
 def surviving(choice: Choice, fresh: Unseen | None) -> tuple[SurvivingModel, ...]:
-    """The surviving models, most probable first, at most `Settings.most_models`; their held-out scores are None where
-    nothing was set aside (`fresh` is None)."""
-    return tuple(
-        SurvivingModel(
-            survivor.probability,
-            tuple(sorted(hypothesis.name for hypothesis in survivor.effects)),
-            survivor.fitted.reduced,
-            fresh.log_score(survivor.fitted) if fresh else None,
+    """The surviving models, most probable first, at most `Settings.most_models`.
+
+    All are held against the noise of the chosen one.  Their held-out scores are None where nothing was set aside
+    (`fresh` is None).
+    """
+    models = []
+    for survivor in choice.survivors[: choice.fitted.model.settings.most_models]:
+        names = tuple(sorted(hypothesis.name for hypothesis in survivor.effects))
+        fitted = (
+            choice.fitted if survivor.effects == choice.effects else _under_noise_of(choice.fitted, survivor.fitted)
         )
-        for survivor in choice.survivors[: choice.fitted.model.settings.most_models]
-    )
+        score = fresh.log_score(fitted) if fresh else None
+        models.append(SurvivingModel(survivor.probability, names, fitted.reduced, score))
+    return tuple(models)
+
+
+def _under_noise_of(chosen: Fit, other: Fit) -> Fit:
+    """Another fit at its own parameters, with residuals in units of the noise of the `chosen` one: a survivor under a
+    coarser likelihood was fitted under more."""
+    model = replace(other.model, noise=chosen.model.noise)
+    return replace(other, model=model, residual=model.residuals(other.p, other.solved))

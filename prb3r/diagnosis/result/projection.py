@@ -1,16 +1,17 @@
 """A diagnosis as plain content: the content of `diagnosis.json`, and the closing lines for people."""
 
-from collections.abc import Iterator, Mapping, Sequence
-from typing import Any, NamedTuple
+from collections.abc import Iterator, Mapping
+from typing import Any
 
 import numpy as np
 
 from prb3r.diagnosis.checks.heldout import HeldOut
 from prb3r.diagnosis.checks.setup.find import Blunder
+from prb3r.diagnosis.result.answer import by_sureness, exchanges, sureness, what_to_do
 from prb3r.diagnosis.result.diagnosis import Diagnosis
-from prb3r.diagnosis.result.effects import FittedLaw, NamedEffect, RivalEffect, Separation
+from prb3r.diagnosis.result.effects import FittedLaw, NamedEffect, RivalEffect
+from prb3r.diagnosis.result.proposals import proposed
 from prb3r.diagnosis.result.statements import IN_WORDS
-from prb3r.diagnosis.search.experiment import Experiment
 from prb3r.markdown import few
 from prb3r.model.files.cells import count
 
@@ -20,70 +21,27 @@ MENDED = "mended"
 """Name of the folder, beside the report, of the recording without the blunders of its set-up."""
 
 
-class ProposedExperiment(NamedTuple):
-    """A load program that is proposed, with the pairs of explanations that it tells apart."""
-
-    experiment: Experiment
-    separates: tuple[tuple[str, str], ...]
-    """Names of the two explanations of each pair."""
-    separation: float
-    """Squared whitened distance of the pair that the program separates least."""
-
-    @property
-    def statement(self) -> str:
-        """The load program and how well it tells the explanations apart, in words."""
-        rivals = "; ".join(f"{a} from {b}" for a, b in self.separates).replace("_", " ")
-        title = self.experiment.title[0].upper() + self.experiment.title[1:]
-        distance = f"a squared distance of {self.separation:.3g} in units of the noise"
-        if self.separation < self.experiment.asked:
-            return (
-                f"No load program that was tried tells {rivals} surely. {title}, together with what is recorded, comes "
-                f"nearest: {distance}, where {self.experiment.asked:.3g} is asked."
-            )
-        return (
-            f"{title}: together with what is recorded, that separates {rivals} by {distance} "
-            f"({self.experiment.asked:.3g} is asked), enough to rank them rightly."
-        )
-
-
-def proposed(experiments: Sequence[Separation]) -> list[ProposedExperiment]:
-    """The load programs of `experiments`, each title once, with all pairs that the program is proposed for.
-
-    They stand in the order in which they come first; the separation of each is that of the pair that it separates
-    least.
-    """
-    by_title: dict[str, list[Separation]] = {}
-    for pair in experiments:
-        by_title.setdefault(pair.experiment.title, []).append(pair)
-    return [
-        ProposedExperiment(
-            pairs[0].experiment,
-            tuple((pair.first, pair.second) for pair in pairs),
-            min(pair.experiment.separation for pair in pairs),
-        )
-        for pairs in by_title.values()
-    ]
-
-
 def summary_lines(diagnosis: Diagnosis) -> list[str]:
-    """The closing lines: verdict, named effects, constants, alternatives, errors on sequences set aside, and notes."""
+    """The closing lines: verdict, named effects, alternatives, constants, errors on sequences set aside, notes, and
+    what to do next."""
     fits = f"chi-square per degree of freedom {diagnosis.chi2.calibrated:.3g}"
     if diagnosis.effects:
         fits += f" with refitted constants alone, {diagnosis.chi2.explained:.3g} with what is named"
     mended = " once that is mended" if diagnosis.setup else ""
     lines = [*setup_sentences(diagnosis), f"{diagnosis.name}: {diagnosis.verdict}; {fits}{mended}"]
-    for effect in diagnosis.effects:
-        lines.append(f"- {'in part: ' if effect.partial else ''}{effect.statement}")
-        lines += dict.fromkeys(f"  cannot be told apart: {_with_values(rival)}" for rival in effect.rivals)
-    lines += _constants_line(diagnosis)
-    if diagnosis.verdict == "ambiguous":
-        sets = (", ".join(kinds) or "constants alone" for kinds in diagnosis.alternatives)
-        lines += [f"- or instead of what is named: {kinds}" for kinds in sets]
     if diagnosis.why:
         lines.append(f"- unexplained, since {diagnosis.why}")
         lines.append(f"- {diagnosis.mismatch.statement}")
-        if diagnosis.closure:
-            lines.append(f"- {diagnosis.closure.statement}")
+    for effect in by_sureness(diagnosis):
+        sure = "" if diagnosis.verdict == "explained" else f"{sureness(effect)}: "
+        lines.append(f"- {sure}{effect.statement}")
+        seldom = " by readings, but is less likely beforehand" if effect.certain else ""
+        lines += dict.fromkeys(f"  cannot be told apart{seldom}: {_with_values(rival)}" for rival in effect.rivals)
+    if diagnosis.closure:
+        lines.append(f"- {diagnosis.closure.statement}")
+    if diagnosis.verdict == "ambiguous":
+        lines += [f"- or {other.text}, {100 * other.probability:.0f} %" for other in exchanges(diagnosis)]
+    lines += _constants_line(diagnosis)
     held = diagnosis.heldout
     for factor, unit, errors in _held_errors(held) if held else ():
         calibrated, explained, noise = (f"{factor * error:.3g}" for error in errors)
@@ -93,7 +51,7 @@ def summary_lines(diagnosis: Diagnosis) -> list[str]:
     lines += [f"note: {remark}" for remark in diagnosis.remarks]
     if held is None:
         lines.append("not confirmed on held-out data")
-    return lines
+    return [*lines, *(f"next: {text}" for text in (what_to_do(diagnosis),) if text)]
 
 
 def _constants_line(diagnosis: Diagnosis) -> list[str]:

@@ -39,7 +39,7 @@ def scattered(repeated: Scatter | None) -> list[str]:
     repeated."""
     if repeated is None:
         return []
-    taken = "more than chance allows" if repeated.beyond_chance else "which chance allows"
+    taken = "more than chance allows" if repeated.beyond_chance else "no sign of more noise than that"
     often = f"{repeated.factor:.2g} times as much as stated"
     return [f"what was pulled again ({count(repeated.steps, 'step')}) scatters {often}, {taken}"]
 
@@ -56,7 +56,8 @@ def noisy(estimate: EstimatedLevel, settings: Settings) -> list[str]:
             far = abs(np.log(scale.value)) > settings.far_noise
             remarks.append(
                 f"the {name} is {scale.value:.2g} times the stated one ({scale.low:.2g} to {scale.high:.2g})"
-                + (f": state it so, or look for what disturbs {disturbed}" if far else "")
+                + (": state it so" if far else "")
+                + (f", or look for what disturbs {disturbed}" if far and scale.value > 1 else "")
             )
     if level.common:
         where = "neighbouring disks" if level.reach < settings.neighbouring_reach else "all disks of a photograph"

@@ -89,6 +89,7 @@ def tell(investigation: Investigation) -> Diagnosis:
         tables=diagnosis_tables(investigation),
         settings=explained.model.settings.plain(),
         setup=investigation.blunders,
+        rival_blunder=investigation.rival_blunder,
     )
 
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from prb3r.diagnosis.chance import chi2_tail
 from prb3r.diagnosis.evidence.model_evidence import log_evidence
+from prb3r.diagnosis.fit.covariance import Noise
 from prb3r.diagnosis.fit.least_squares import fit
 from prb3r.diagnosis.library.hypothesis import Free
 from prb3r.diagnosis.search.together import Alone, Together
@@ -89,25 +90,26 @@ def log_bayes_factor(together: Together) -> float:
     """ln of the Bayes factor of sharing: evidence of the best joint model over the product of the evidences of the best
     model of each recording by itself.
 
-    Each side counts one set of effects, as if there were no other.
+    Each side counts one set of effects, as if there were no other, and both count under one noise: that under which the
+    joint models survive, which is larger than what was found where they leave something unexplained.
     """
-    models = [together.fitted, *(survivor.fitted for survivor in together.survivors)]
-    joint = max(whole_evidence(fitted, together.search.log_odds) for fitted in models)
+    survivors: list[Any] = [survivor.fitted for survivor in together.survivors]
+    joint = max(whole_evidence(fitted, together.search.log_odds) for fitted in survivors)
     apart = 0.0
-    for alone, joined in zip(together.alone, together.joined, strict=True):
+    for alone, joined, rig in zip(together.alone, together.joined, survivors[0].model.rigs, strict=True):
         odds = {**joined.search.log_odds, **alone.search.log_odds}
-        worth = [whole_evidence(fitted, odds) for fitted in _by_itself(alone, joined)]
+        worth = [whole_evidence(fitted, odds) for fitted in _by_itself(alone, joined, rig.noise)]
         apart += max(worth)
     return joint - apart
 
 
-def _by_itself(alone: Alone, joined: Alone) -> Iterator[Any]:
-    """Fits of one recording by itself, without what the others say, under the noise found in the joint fit.
+def _by_itself(alone: Alone, joined: Alone, noise: Noise) -> Iterator[Any]:
+    """Fits of one recording by itself, without what the others say, under a noise.
 
     Their effects are those of the joint model, of the model chosen on this recording alone and of its survivors, each
     set once.
     """
-    noise, settings = joined.choice.fitted.model.noise, joined.choice.fitted.model.settings
+    settings = joined.choice.fitted.model.settings
     chosen = [joined.choice.fitted, alone.choice.fitted, *(known.fitted for known in alone.choice.survivors)]
     seen = set()
     for fitted in chosen[: settings.later_expansions]:

@@ -24,7 +24,7 @@ MEANT = {
     "position": "-1 at the first plate to 1 at the last",
     "time": "step number over the last of its sequence",
     "bend": "bend of the plate, rad",
-    "bend_cubed": "its cube",
+    "bend_cubed": "cube of the bend of the plate, rad^3",
     "tension": "moment of the cables, tensions times offsets",
     "wrap": "moment of the cables times all bends up to the plate",
     "direction": "moment of the cables, each signed by its slip",

@@ -6,18 +6,20 @@ Tables and sentences for the report.
 import re
 from collections.abc import Iterator
 
+from prb3r.diagnosis.result.answer import sureness
 from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.diagnosis.result.transfer import other_geometry
 from prb3r.diagnosis.settings import Settings
 from prb3r.markdown import listed
+from prb3r.model.files.cells import count
 from prb3r.present.diagnosis import sentences as say
 from prb3r.present.page import Table
 from prb3r.quantities import unit_ending
 
 ASKED = {
     "chi-square": "all readings together are met as closely as their noise allows",
-    "scale of the noise": "the readings scatter as much as was stated",
-    "scatter of the tensions": "the tensions scatter as much as was stated",
+    "scale of the noise": "the scatter of the readings is as near the stated one as stated noise usually is",
+    "scatter of the tensions": "the scatter of the tensions is as near the stated one as stated scatter usually is",
     "largest score": "no further effect, wherever it sits, helps more than one would by chance",
     "smooth missing moments": "no moments are left that change smoothly with the loads, along the arm or in time",
     "neighbours along disks": "what is left at neighbouring disks is not alike",
@@ -47,12 +49,6 @@ def surviving_models(diagnosis: Diagnosis) -> Table | None:
         rows.append([effects, say.percent(model.probability), say.rounded(model.reduced_chi2), score])
     head = ["Effects", "Probability", "Squared error per degree of freedom", "Log score, held out"]
     return Table(head, rows)
-
-
-def other_sets(diagnosis: Diagnosis) -> Iterator[str]:
-    """A sentence for each alternative: a set of effects that could stand in place of the named one."""
-    for kinds in diagnosis.alternatives:
-        yield f"Instead of what is named: {', '.join(map(say.spaced, kinds)) or 'nothing but constants'}."
 
 
 def noise_sentence(diagnosis: Diagnosis) -> str:
@@ -137,16 +133,27 @@ def rare_checks(diagnosis: Diagnosis) -> str:
     return f"Chances below {limit:g} are in bold: {'; '.join(rare)} {speaks} against the best model."
 
 
+def unlisted_sets(diagnosis: Diagnosis) -> str:
+    """A sentence on the sets of effects that stand but are not among the surviving models that are listed."""
+    odds, rest = Settings(**diagnosis.settings).survival_odds, diagnosis.posterior.models[len(diagnosis.models) :]
+    any_other = f"any other is less probable than the first by a factor of more than {odds:.0f}"
+    if not rest:
+        return f"{any_other[0].upper()}{any_other[1:]}."
+    share, how = say.percent(sum(model.probability for model in rest)), "is" if len(rest) == 1 else "are"
+    return f"{count(len(rest), 'more set')} ({share} in all) {how} not listed; {any_other}."
+
+
 def standing_sets(diagnosis: Diagnosis) -> str:
     """A sentence on whether all surviving sets of effects contain the named ones; empty if alternatives are told."""
     named = {effect.kind for effect in diagnosis.effects}
     if not named or diagnosis.alternatives:
         return ""
-    lacking = [model for model in diagnosis.models if not named <= {name.split(" (")[0] for name in model.effects}]
+    stand = diagnosis.posterior.models
+    lacking = [model for model in stand if not named <= {effect.kind for effect in model.effects}]
     if lacking:
         chance = say.percent(sum(model.probability for model in lacking))
         return f"Sets that lack something of what is named have {chance} together, too little to count."
-    if len(diagnosis.models) > 1:
+    if len(stand) > 1:
         return (
             "What is named is in all of them; the others add an effect that these recordings neither show nor exclude."
         )
@@ -162,7 +169,8 @@ def carry_over(diagnosis: Diagnosis) -> Iterator[str]:
     most_faults = Settings(**diagnosis.settings).most_faults
     carried, left = other_geometry(known, diagnosis.nominal, diagnosis.nominal, most_faults)
     if carried:
-        kinds = dict.fromkeys(say.spaced(effect.kind) for effect in carried)
+        doubtful = {effect.kind: f" ({sureness(effect)})" for effect in diagnosis.effects if not effect.certain}
+        kinds = dict.fromkeys(say.spaced(effect.kind) + doubtful.get(effect.kind, "") for effect in carried)
         constants = say.constants_in_brief(diagnosis).replace(" and", ",")
         parts = dict.fromkeys(part for effect in carried if (part := OF_PARTS.get(effect.kind)))
         alike = listed(["material", "cables", *parts])
@@ -173,3 +181,5 @@ def carry_over(diagnosis: Diagnosis) -> Iterator[str]:
         yield f"To other designs of the same material and cables {constants} {carry} over, no effect does."
     for reason in dict.fromkeys(left):
         yield f"Stays with this rig: {reason}."
+    if diagnosis.alternatives:
+        yield "Other sets of effects that stand may carry over otherwise: predict weighs them by their probabilities."

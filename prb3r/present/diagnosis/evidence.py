@@ -75,10 +75,14 @@ def moment_map(diagnosis: Diagnosis) -> Figure:
 def ranking(diagnosis: Diagnosis) -> Figure:
     """Bars of the score of each kind of effect at its best place, with the threshold of chance.
 
-    Kinds that the diagnosis names, and rivals that it cannot tell from them, stand out.
+    Kinds that the diagnosis names, and rivals that it cannot tell from them, stand out and are never left out.  Beside
+    one that is named at another place this place is told.
     """
-    rows, threshold = diagnosis.tables["ranking"].head(MOST_BARS), diagnosis.score_calibrated.threshold
-    roles = set(rows["role"])
+    rows, threshold = diagnosis.tables["ranking"], diagnosis.score_calibrated.threshold
+    rows = rows[(np.arange(len(rows)) < MOST_BARS) | (rows["role"] != "other")]
+    roles, named = set(rows["role"]), dict[str, list[str]]()
+    for effect in diagnosis.effects:
+        named.setdefault(effect.kind, []).append(effect.name.removeprefix(effect.kind).strip(" ()"))
     handles: list[Artist] = [
         Line2D([], [], color=style.INK, ls=(0, (4, 2)), lw=0.8, label="by chance once in a hundred recordings")
     ]
@@ -95,7 +99,11 @@ def ranking(diagnosis: Diagnosis) -> Figure:
     for row, bar in enumerate(rows.itertuples()):
         axes.barh(row, bar.z, height=0.72, lw=0.6, **looks[bar.role])
         winner = f"or {spaced(bar.winner)}" if bar.winner else ""
-        note = "; ".join(filter(None, [short_place(bar.place), winner]))
+        places = [short_place(place) for place in named.get(bar.effect, [bar.place])]
+        elsewhere = (
+            "" if short_place(bar.place) in places else f"named: {', '.join(place or 'everywhere' for place in places)}"
+        )
+        note = "; ".join(filter(None, [short_place(bar.place), winner, elsewhere]))
         at = (max(bar.z, threshold), row)  # beside the bar, or beyond the line that would cross it
         axes.annotate(note, at, (3, 0), textcoords="offset points", va="center", fontsize=6.5, color=style.QUIET)
     axes.axvline(threshold, color=style.INK, ls=(0, (4, 2)), lw=0.8)

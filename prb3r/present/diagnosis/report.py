@@ -9,8 +9,9 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from prb3r import __version__
+from prb3r.diagnosis.result.answer import by_sureness, exchanges, sureness, what_to_do
 from prb3r.diagnosis.result.diagnosis import Diagnosis
-from prb3r.diagnosis.result.projection import proposed
+from prb3r.diagnosis.result.proposals import proposed
 from prb3r.model.files.cells import count
 from prb3r.present import rc, style
 from prb3r.present.diagnosis import belief
@@ -35,7 +36,8 @@ FIGURES: dict[str, tuple[Callable[[Diagnosis], Figure | None], str]] = {
     ),
     "ranking": (
         ranking,
-        "Every kind of effect at the place where it helps most, tested on what refitted constants leave.",
+        "Every kind of effect at the place where it helps most, tested alone on what refitted constants leave; one "
+        "with a short bar may be needed once others are there.",
     ),
     "profiles": (
         profiles,
@@ -95,15 +97,20 @@ def content(diagnosis: Diagnosis) -> dict[str, object]:
         "verdict": say.verdict_sentences(diagnosis),
         "quality": say.fit_quality(diagnosis),
         "where": diagnosis.mismatch.statement,
-        "effects": [f"{'In part: ' if effect.partial else ''}{effect.statement}" for effect in diagnosis.effects],
+        "effects": [
+            (f"{say.spaced(effect.name)} ({sureness(effect)})", effect.statement) for effect in by_sureness(diagnosis)
+        ],
+        "or_else": [f"{other.text} ({say.percent(other.probability)})" for other in exchanges(diagnosis)],
+        "next": what_to_do(diagnosis),
         "partial": bool(diagnosis.why),
         "poor": diagnosis.structured,
         "closure": say.law_sentence(diagnosis),
         "parameters": _parameters(diagnosis),
         "errors": _errors(diagnosis),
         "held_out": say.confirmation(diagnosis),
-        "alternatives": [*belief.other_sets(diagnosis), *say.other_explanations(diagnosis)],
+        "alternatives": list(say.other_explanations(diagnosis)),
         "models": belief.surviving_models(diagnosis),
+        "unlisted": belief.unlisted_sets(diagnosis),
         "noise": belief.noise_sentence(diagnosis),
         "tolerances": belief.tolerance_table(diagnosis),
         "checks": belief.check_table(diagnosis),
@@ -113,10 +120,12 @@ def content(diagnosis: Diagnosis) -> dict[str, object]:
         "nothing_else": say.nothing_else(diagnosis),
         "nothing_to_measure": say.nothing_to_measure(diagnosis),
         "proposals": [
-            (program.statement, _steps(program.experiment.steps)) for program in proposed(diagnosis.experiments)
+            (program.statement, _steps(program.experiment.steps) if program.resolves else None)
+            for program in proposed(diagnosis.experiments)
         ],
         "constants": _constants(diagnosis),
         "hidden": list(say.bias_of_calibration(diagnosis)),
+        "constants_told": say.constants_in_brief(diagnosis),
         "clues": _clues(diagnosis),
         "detectable": _detectable(diagnosis),
         "outliers": _outliers(diagnosis),
@@ -132,14 +141,13 @@ def _parameters(diagnosis: Diagnosis) -> Table | None:
     Probabilities are left out where no set of effects explains the recording.
     """
     partial, rows = bool(diagnosis.why), []
-    for effect in diagnosis.effects:
+    for effect in by_sureness(diagnosis):
         gain = "–" if effect.heldout_gain is None else say.gain_text(effect.heldout_gain)
         for key, estimate in effect.parameters.items() or [("", None)]:
-            texts = [say.value_text(key, end) for end in estimate.numbers] if estimate else ["–"] * 3
-            interval = "–" if estimate is None or estimate.low is None else estimate.interval(texts[1], texts[2])
+            value, interval = say.estimate_texts(key, estimate) if estimate else ("–", "–")
             title = say.parameter_title(key) if key else "–"
             presence = [] if partial else [say.percent(effect.probability) + (", certain" if effect.certain else "")]
-            about = [say.spaced(effect.name), title, texts[0], interval, *presence]
+            about = [say.spaced(effect.name), title, value, interval, *presence]
             rows.append([*about, say.rounded(effect.delta_bic), gain])
     head = ["Effect", "Parameter", "Value", "95 % interval", *([] if partial else ["Probability"])]
     return Table([*head, "Change of BIC", "Held-out gain"], rows, (0, 1)) if rows else None
@@ -171,15 +179,15 @@ def _constants(diagnosis: Diagnosis) -> Table:
     rows = []
     for name, constant in diagnosis.constants.items():
         if constant.nominal:
-            low, high = (say.value_text(name, end) for end in (constant.low, constant.high))
-            interval = constant.estimate.interval(low, high) if np.isfinite(constant.low) else "–"
+            interval = say.estimate_texts(name, constant.estimate)[1] if np.isfinite(constant.low) else "–"
             values = [say.value_text(name, getattr(constant, key)) for key in models]
             rows.append([say.CONSTANTS[name], *values, interval])
     return Table(["", *models.values(), "95 % interval"], rows)
 
 
 def _clues(diagnosis: Diagnosis) -> Table | None:
-    """Factors on E and μ that each part of the recording alone would have, with their distance from 1; None without."""
+    """Factors on the refitted constants that each part of the recording alone would have, with their distance from 1;
+    None without."""
 
     def factor(value: float | None, sd: float | None) -> str:
         return "–" if value is None or sd is None else f"{value:.3f} ± {sd:.3f}"
@@ -187,13 +195,13 @@ def _clues(diagnosis: Diagnosis) -> Table | None:
     def away(value: float | None, sd: float | None) -> float:
         return 0.0 if value is None or not sd else abs(value - 1) / sd
 
-    rows = []
+    rows, factors = [], [f"{symbol}, factor" for symbol in say.constants_in_brief(diagnosis).split(" and ")]
     for clue in diagnosis.clues:
         far = max(away(clue.stiffness, clue.stiffness_sd), away(clue.friction, clue.friction_sd))
         values = factor(clue.stiffness, clue.stiffness_sd), factor(clue.friction, clue.friction_sd)
         part = re.sub(r"^disks (\d+) to \1$", r"disk \1", clue.part)
-        rows.append([clue.by, part, *values, f"{far:.1f} sd"])
-    head = ["By", "Part", "E, factor", "μ, factor", "Farthest from 1"]
+        rows.append([clue.by, part, *values[: len(factors)], f"{far:.1f} sd"])
+    head = ["By", "Part", *factors, "Farthest from 1"]
     return Table(head, rows, (0, 1), sortable=True) if rows else None
 
 
@@ -202,7 +210,9 @@ def _detectable(diagnosis: Diagnosis) -> Table | None:
     rows, named = [], {effect.kind for effect in diagnosis.effects}
     for row in diagnosis.tables["detectable"].to_dict("records"):
         if np.isfinite(row["size"]):
-            size = f"{say.parameter_title(row['parameter'])} by {say.value_text(row['parameter'], row['size'])}"
+            size = (
+                f"{say.parameter_title(row['parameter'])} by {say.value_text(row['parameter'], row['size'], digits=2)}"
+            )
         else:
             more = "more than is named " if row["effect"] in named else ""
             size = f"{more}would have shown" if row["shown"] else f"{more}would not have shown at any likely size"
@@ -216,7 +226,7 @@ def _outliers(diagnosis: Diagnosis) -> Table | None:
     outliers = diagnosis.tables["outliers"]
     texts = []
     for row in outliers.head(MOST_OUTLIERS).to_dict("records"):
-        values = [say.value_text(row["kind"], row[key]) for key in ("measured", "explained")]
+        values = [say.value_text(row["kind"], row[key], digits=4) for key in ("measured", "explained")]
         symbol = describe(row["kind"]).symbol or row["kind"]
         done = "weighed down" if row["weighed_down"] else ""
         texts.append([str(row["sequence"]), str(row["step"]), str(row["disk"]), symbol, *values, done])
@@ -226,11 +236,14 @@ def _outliers(diagnosis: Diagnosis) -> Table | None:
     return Table(head, texts, (0, 3, 6), sortable=len(outliers) <= MOST_OUTLIERS) if texts else None
 
 
-def _steps(steps: pd.DataFrame) -> Table:
-    """The steps of a load program, without loads that are zero and slips that are -1 at every step."""
+def _steps(steps: pd.DataFrame) -> Table | None:
+    """The steps of a load program, without loads that are zero and slips that are -1 at every step; None if none is
+    left."""
     loads = [name for name in steps if name not in ("sequence", "step") and not str(name).startswith("slip_")]
     used = ["step", *(name for name in loads if (steps[name] != 0).any())]
     used += [name for name in steps if str(name).startswith("slip_") and (steps[name] != -1).any()]
+    if used == ["step"]:
+        return None
     rows = [[style.digits(float(row[name])) for name in used] for row in steps.to_dict("records")]
     return Table([style.shown(describe(str(name))).label for name in used], rows, ())
 

@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -25,7 +25,10 @@ def verdict_sentences(diagnosis: Diagnosis) -> str:
         first, *others = setup_sentences(diagnosis)
         return " ".join([f"Set-up: {first[0].lower()}{first[1:]}", *others])
     count = len(diagnosis.effects)
-    account, effects = ("accounts", "one effect") if count == 1 else ("account", f"{count} effects together")
+    sure = f" ({_how_many_are_certain(diagnosis)})" if diagnosis.verdict == "ambiguous" else ""
+    account, effects = (
+        ("accounts", f"one effect{sure}") if count == 1 else ("account", f"{count} effects{sure} together")
+    )
     if diagnosis.verdict in ("adequate", "ambiguous") and diagnosis.share_of_stated < 1.0:
         return _within_stated(diagnosis, f"{effects} {account}")
     if diagnosis.verdict == "adequate":
@@ -33,10 +36,7 @@ def verdict_sentences(diagnosis: Diagnosis) -> str:
     if diagnosis.verdict == "explained":
         return f"Explained: {effects}, absent from the nominal model, {account} for the mismatch."
     if diagnosis.verdict == "ambiguous":
-        return (
-            f"Explained, but not in one way alone: {effects} {account} for the mismatch, but so would others that "
-            "these recordings cannot tell apart."
-        )
+        return f"Explained, but not in one way alone: {effects} {account} for the mismatch."
     text = f"Unexplained: {diagnosis.why}."
     if not count:
         return text
@@ -54,12 +54,18 @@ def _within_stated(diagnosis: Diagnosis, effects_account: str) -> str:
     left = "what is left does not look like noise"
     if not diagnosis.effects:
         return f"Adequate within the accuracy that is stated: {left}, but is less than that."
-    text = (
+    return (
         f"Explained within the accuracy that is stated, not to the noise: {effects_account} for the mismatch, but "
         f"{left}, so that something else may stand behind what is named."
     )
-    told_apart = not diagnosis.alternatives and not any(effect.rivals for effect in diagnosis.effects)
-    return text if told_apart else f"{text} Others, that these recordings cannot tell apart, would do as well."
+
+
+def _how_many_are_certain(diagnosis: Diagnosis) -> str:
+    """How many of the named effects are certain, such as `2 of them certain`."""
+    count, certain = len(diagnosis.effects), sum(effect.certain for effect in diagnosis.effects)
+    if count == 1:
+        return "certain" if certain else "not certain"
+    return f"{'all' if certain == count else certain or 'none'} of them certain"
 
 
 def headlines(diagnosis: Diagnosis) -> list[str]:
@@ -81,8 +87,20 @@ def headlines(diagnosis: Diagnosis) -> list[str]:
 
 def _with_interval(name: str, estimate: Estimate) -> str:
     """The value of a parameter with its interval, if it has one."""
-    value, low, high = (value_text(name, end) for end in estimate.numbers)
-    return value if estimate.low is None else f"{value} ({estimate.interval(low, high)})"
+    value, interval = estimate_texts(name, estimate)
+    return value if estimate.low is None else f"{value} ({interval})"
+
+
+def estimate_texts(name: str, estimate: Estimate) -> tuple[str, str]:
+    """The value of a parameter and its interval as text with its unit, which an interval has once; a dash for none."""
+    known = [end for end in estimate.numbers if end is not None]
+    shown = _in_unit(name, known)
+    numbers = [float(f"{end * shown.factor:.3g}") for end in known]
+    value, *ends = (style.with_unit(number, shown.unit) for number in numbers)
+    if not ends:
+        return value, "–"
+    low, high = ends
+    return value, estimate.interval(low if estimate.open[1] else style.digits(numbers[1]), high)
 
 
 def fit_quality(diagnosis: Diagnosis) -> str:
@@ -93,7 +111,8 @@ def fit_quality(diagnosis: Diagnosis) -> str:
     after = f", {rounded(chi2.explained)} with what is named" if diagnosis.effects else ""
     return (
         f"Squared error per degree of freedom, in units of the noise: {first}, "
-        f"{rounded(chi2.calibrated)} with {constants_in_words(diagnosis)} refitted{after}. A right model is near 1."
+        f"{rounded(chi2.calibrated)} with {constants_in_words(diagnosis)} refitted{after}. A right model is near 1; "
+        "as the size of the noise is estimated too, the checks below are the test."
     )
 
 
@@ -114,10 +133,14 @@ def rounded(value: float | None) -> str:
 
 
 def percent(share: float) -> str:
-    """A share in whole percent, below 2 % with three digits; a share below 1 is never rounded to 100 %."""
+    """A share in whole percent, below 10 % with two digits; a share below 1 is never rounded to 100 %."""
     if 0.995 <= share < 1:
         return f"{math.floor(1000 * share) / 10:.1f} %" if share < 0.999 else "above 99.9 %"
-    return f"{rounded(100 * share)} %" if abs(share) < 0.02 else f"{100 * share:.0f} %".replace("-", "−")
+    return (
+        f"{style.digits(float(f'{100 * share:.2g}'))} %"
+        if abs(share) < 0.1
+        else f"{100 * share:.0f} %".replace("-", "−")
+    )
 
 
 def gain_text(gain: float) -> str:
@@ -125,13 +148,18 @@ def gain_text(gain: float) -> str:
     return percent(gain) if gain >= -1 else "worse"
 
 
-def value_text(name: str, value: float | None) -> str:
+def value_text(name: str, value: float | None, digits: int = 3) -> str:
     """A value (SI) of the column or parameter `name` as text, in the unit that people read; a dash without a value."""
     if value is None or not np.isfinite(value):
         return "–"
+    shown = _in_unit(name, [value])
+    return style.with_unit(float(f"{value * shown.factor:.{digits}g}"), shown.unit)
+
+
+def _in_unit(name: str, values: Sequence[float]) -> style.Shown:
+    """How values of the column or parameter `name` are shown: in one unit that suits them."""
     unit = describe(name).unit
-    shown = style.shown(describe(name), [value], unit if unit in ("m^2", "1/m^2") else None)
-    return style.with_unit(float(f"{value * shown.factor:.4g}"), shown.unit)
+    return style.shown(describe(name), values, unit if unit in ("m^2", "1/m^2") else None)
 
 
 def parameter_title(name: str) -> str:
@@ -157,8 +185,7 @@ def bias_of_calibration(diagnosis: Diagnosis) -> Iterator[str]:
         if not nominal or not explained or not diagnosis.effects:
             continue
         off = calibrated / explained - 1
-        told = constant.estimate.interval(value_text(name, low), value_text(name, high))
-        interval = f" ({told})" if np.isfinite(low) else ""
+        interval = f" ({estimate_texts(name, constant.estimate)[1]})" if np.isfinite(low) else ""
         said = f"Refitted alone, {symbol} came out as {value_text(name, calibrated)}; "
         said += f"with what is named it is {value_text(name, explained)}{interval}"
         if diagnosis.why:
@@ -230,7 +257,8 @@ def other_explanations(diagnosis: Diagnosis) -> Iterator[str]:
                 yield f"{name}: {key} {_listed(best)} fits best, {key} {', '.join(others)} cannot be ruled out."
         if effect.rivals:
             rivals = dict.fromkeys(_rival_in_words(effect, rival) for rival in effect.rivals)
-            yield f"{name}: these recordings cannot tell it from {', or '.join(rivals)}."
+            known = "; what is known beforehand speaks against that" if effect.certain else ""
+            yield f"{name}: these recordings cannot tell it from {', or '.join(rivals)}{known}."
 
 
 def _rival_in_words(effect: NamedEffect, rival: RivalEffect) -> str:

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from textwrap import wrap
 from typing import Any
 
 from matplotlib.figure import Figure
@@ -10,6 +11,7 @@ from matplotlib.lines import Line2D
 from prb3r.diagnosis.result.common import Common, SharedParameter
 from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.diagnosis.result.statements import IN_WORDS
+from prb3r.markdown import listed, quoted
 from prb3r.present import rc, style
 from prb3r.present.diagnosis import sentences as say
 from prb3r.present.diagnosis.panels import panel_grid
@@ -28,7 +30,9 @@ OF_ALL: dict[str, Any] = {"color": style.PALETTE[0], "marker": "o", "ms": 4.0, "
 OF_ONE: dict[str, Any] = {"color": style.PALETTE[2], "marker": "s", "ms": 3.4, "lw": 1.0}
 PARTED: dict[str, Any] = {**OF_ONE, "mfc": "white"}
 ROW_MM = 5.5
-"""Height of a recording's row in the figure, mm."""
+"""Height of a line of a recording's row in the figure, mm."""
+WIDEST_NAME = 24
+"""Characters in a line of a recording's name in the figure."""
 
 
 def shared_figure(common: Common) -> Figure | None:
@@ -41,7 +45,8 @@ def shared_figure(common: Common) -> Figure | None:
         handles = [Line2D([], [], **OF_ALL, label="together"), Line2D([], [], **OF_ONE, label="from each by itself")]
         if any(shared.own for shared in common.shared):
             handles.append(Line2D([], [], **PARTED, label="the same, with a value of its own"))
-        width, height = style.SINGLE if columns == 1 else style.DOUBLE, rows * (16 + ROW_MM * len(names))
+        lines = max(len(wrap(name, WIDEST_NAME)) for name in names)
+        width, height = style.SINGLE if columns == 1 else style.DOUBLE, rows * (16 + ROW_MM * lines * len(names))
         figure, grid = panel_grid(rows, columns, height, handles, width, sharey=True, count=len(common.shared))
         for axes, shared in zip(grid.ravel(), common.shared, strict=False):
             _values(axes, shared, names)
@@ -61,7 +66,7 @@ def _values(axes, shared: SharedParameter, names: Sequence[str]) -> None:
         look = looks.get(name, OF_ALL) if row else OF_ALL
         axes.plot([low, high], [row, row], color=look["color"], lw=look["lw"])
         axes.plot([value], [row], **{**look, "ls": ""})
-    axes.set_yticks(range(len(names)), [style.literal(name) for name in names])
+    axes.set_yticks(range(len(names)), ["\n".join(wrap(style.literal(name), WIDEST_NAME)) for name in names])
     axes.set_ylim(len(names) - 0.5, -0.5)
     axes.grid(False, axis="y")
     axes.set_xlabel(f"{words} ({unit})" if unit else words)
@@ -124,7 +129,14 @@ def publish_together(
     if figure is not None:
         files = save_figure(figure, folder, SHARED_FIGURE)
         shown = picture(folder, SHARED_FIGURE, SHARED_CAPTION)
-    rows = [(diagnosis.name, pages[diagnosis.name], say.headlines(diagnosis)) for diagnosis in diagnoses]
-    content = {"names": common.recordings, "sentences": list(common.sentences), "table_of_shared": shared_table(common)}
+    rows = [
+        (diagnosis.name, pages[diagnosis.name], [say.verdict_sentences(diagnosis), *say.headlines(diagnosis)[1:]])
+        for diagnosis in diagnoses
+    ]
+    content = {
+        "names": listed(quoted(common.recordings)),
+        "sentences": list(common.sentences),
+        "table_of_shared": shared_table(common),
+    }
     page = templates().get_template("together.html.j2").render(content, figure=shown, diagnoses=rows)
     return [*files, write_whole(folder / "report.html", page.encode())]

@@ -166,7 +166,9 @@ def note_on(decision: Decision, most: int) -> str:
     """Sentences below a table of at most `most` designs: which cases its numbers are over and how they are read."""
     parts = []
     if decision.requirements:
-        parts.append("Requirements hold over all cases of a design; ✗ marks those that are broken")
+        parts.append(
+            "Requirements hold in the worst case of a design, or as brackets say; ✗ marks those that are broken"
+        )
     if decision.preferences:
         cases = "one case" if decision.shared == 1 else f"{decision.shared} cases"
         note = f"Preferences are over the {cases} that all designs share"

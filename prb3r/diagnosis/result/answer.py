@@ -1,0 +1,98 @@
+"""The answer of a diagnosis in a few lines: how sure each effect is, what could stand in its place, what to do."""
+
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+from prb3r.diagnosis.result.diagnosis import Diagnosis
+from prb3r.diagnosis.result.effects import NamedEffect
+from prb3r.diagnosis.result.proposals import files_of, proposed
+from prb3r.markdown import listed
+
+
+class Exchange(NamedTuple):
+    """A set of effects that could stand in the place of the named one, by what sets the two apart."""
+
+    other: tuple[str, ...]
+    """Kinds that the other set has and the named one lacks."""
+    instead_of: tuple[str, ...]
+    """Named kinds that the other set lacks."""
+    probability: float
+    """Of the other set, among all that stand."""
+
+    @property
+    def text(self) -> str:
+        """What would change, in words: `a and b instead of c`, or `no c`."""
+        given_up = in_words(self.instead_of)
+        return f"{in_words(self.other)} instead of {given_up}" if self.other else f"no {given_up}"
+
+
+def in_words(kinds: Sequence[str]) -> str:
+    """Kinds of effects (at least one) as part of a sentence: `clamp compliance and gravity`."""
+    return listed([kind.replace("_", " ") for kind in kinds])
+
+
+def by_sureness(diagnosis: Diagnosis) -> tuple[NamedEffect, ...]:
+    """The named effects, the most probable first; in their own order where no set of effects stands."""
+    if diagnosis.why:
+        return diagnosis.effects
+    return tuple(sorted(diagnosis.effects, key=lambda effect: -effect.probability))
+
+
+def sureness(effect: NamedEffect) -> str:
+    """How sure it is that an effect of this kind is there: `in part`, `certain`, or the probability."""
+    if effect.partial:
+        return "in part"
+    return "certain" if effect.certain else f"{100 * effect.probability:.0f} %"
+
+
+def exchanges(diagnosis: Diagnosis) -> Iterator[Exchange]:
+    """What sets each alternative apart from the named set, the most probable first."""
+    named = [effect.kind for effect in by_sureness(diagnosis)]
+    for kinds in diagnosis.alternatives:
+        stand = diagnosis.posterior.models
+        share = sum(model.probability for model in stand if {effect.kind for effect in model.effects} == set(kinds))
+        other = tuple(kind for kind in kinds if kind not in named)
+        yield Exchange(other, tuple(kind for kind in named if kind not in kinds), share)
+
+
+def what_to_do(diagnosis: Diagnosis) -> str:
+    """What a reader should do next, in a sentence or two; empty where a blunder of the set-up says so itself."""
+    if diagnosis.setup:
+        return ""
+    first = f"Look first whether {diagnosis.rival_blunder.blunder}. " if diagnosis.rival_blunder else ""
+    return first + _after_the_setup(diagnosis)
+
+
+def _after_the_setup(diagnosis: Diagnosis) -> str:
+    """What to do next where the set-up is right."""
+    if diagnosis.why:
+        return _where_unexplained(diagnosis)
+    if diagnosis.verdict == "adequate":
+        return "Simulate this rig with calibrated.toml; no effect needs to be added."
+    carried = "prb3r predict takes what was learnt to other designs"
+    if diagnosis.verdict == "explained":
+        unseen = "" if diagnosis.heldout else " Record a third sequence to confirm it: none was set aside."
+        return f"Simulate this rig with explained.toml; {carried}.{unseen}"
+    weighed = f"{carried} with every set of effects that stands, by its probability"
+    programs = files_of(proposed(diagnosis.experiments))
+    if telling := [name for name, program in programs.items() if program.resolves]:
+        return f"Record the steps of {listed(telling)} and diagnose again. Until then {weighed}."
+    doubtful = list(dict.fromkeys(effect.kind for effect in diagnosis.effects if not effect.certain or effect.rivals))
+    if not doubtful:
+        return f"Simulate this rig with explained.toml; {weighed}."
+    return (
+        f"Look at the rig itself for {in_words(doubtful)}: no load program that was tried tells what else it could be. "
+        f"Until then {weighed}."
+    )
+
+
+def _where_unexplained(diagnosis: Diagnosis) -> str:
+    """What to do where the verdict is that something is left."""
+    if not diagnosis.structured:
+        return (
+            "Settle that first, and diagnose again; until then use no name and no number of this diagnosis elsewhere."
+        )
+    return (
+        "Read more where the mismatch sits, at loads between the recorded ones and on the way back, and diagnose "
+        "again; until then use no name and no number of this diagnosis elsewhere."
+    )

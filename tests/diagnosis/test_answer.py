@@ -1,0 +1,121 @@
+"""What a diagnosis answers in a few lines: how sure every effect is, what could stand in its place, what to do."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from diagnosis.simulated import UNEXPLAINED, Case, diagnosed, investigated, rival_of
+
+from prb3r.diagnosis.result.answer import by_sureness, exchanges, sureness, what_to_do
+from prb3r.diagnosis.result.effects import Separation
+from prb3r.diagnosis.result.files import write_record
+from prb3r.diagnosis.result.projection import summary_lines
+from prb3r.diagnosis.result.tell import tell
+from prb3r.diagnosis.search.experiment import best_experiments
+from prb3r.diagnosis.search.rivals import Rival
+from prb3r.diagnosis.settings import Settings
+
+KINDS = "gravity", "pulley_friction", "weakened_plate", "precurvature", "tension_offset"
+
+
+def survived(rng):
+    """A diagnosis of sets of kinds with probabilities drawn at random, as far as its answer needs it, and these."""
+    sets = {frozenset(rng.choice(KINDS, rng.integers(1, 5), replace=False).tolist()) for _ in range(6)}
+    shares = rng.dirichlet(np.ones(len(sets)))
+    ranked = sorted(zip(shares.tolist(), sets, strict=True), key=lambda pair: -pair[0])
+    (_, named), *others = ranked
+    presence = {kind: sum(share for share, kinds in ranked if kind in kinds) for kind in named}
+    effects = [
+        SimpleNamespace(kind=kind, partial=False, probability=p, certain=p >= Settings().certain)
+        for kind, p in presence.items()
+    ]
+    models = [
+        SimpleNamespace(probability=share, effects=[SimpleNamespace(kind=kind) for kind in kinds])
+        for share, kinds in ranked
+    ]
+    lacking = tuple(tuple(sorted(kinds)) for _, kinds in others if not kinds >= named)
+    stand = SimpleNamespace(models=models)
+    found = SimpleNamespace(why="", effects=tuple(effects), posterior=stand, alternatives=lacking)
+    return found, {kinds: share for share, kinds in ranked}
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_an_exchange_made_in_the_named_set_gives_the_other_set_and_both_are_told_by_their_shares(seed):
+    found, probability = survived(np.random.default_rng(seed))
+    named = {effect.kind for effect in found.effects}
+    for kinds, other in zip(found.alternatives, exchanges(found), strict=True):
+        assert (named - set(other.instead_of)) | set(other.other) == set(kinds)
+        assert other.probability == probability[frozenset(kinds)]
+        assert other.instead_of
+        assert all(kind.replace("_", " ") in other.text for kind in (*other.other, *other.instead_of))
+    lacked = {effect.kind: 1 - effect.probability for effect in found.effects}
+    for kind, share in lacked.items():
+        assert sum(o.probability for o in exchanges(found) if kind in o.instead_of) == pytest.approx(share)
+    said = [effect.probability for effect in by_sureness(found)]
+    assert said == sorted(said, reverse=True)
+    assert all((sureness(effect) == "certain") == (lacked[effect.kind] <= 0.05) for effect in found.effects)
+
+
+def disputed():
+    """A weak plate that could as well be a weak segment, with a probability of 0.4, and the program that tells them."""
+    found, other = investigated(), rival_of(investigated())
+    survivor = replace(found.choice.survivors[0], fitted=other, probability=0.4)
+    first = replace(found.choice.survivors[0], probability=0.6)
+    choice = replace(found.choice, survivors=(first, survivor))
+    rival = Rival(other.model.hypotheses[0], other, 3.0, 1.0)
+    pair = Separation(
+        found.named[0].hypothesis.name, rival.hypothesis.name, best_experiments(found.explained, [other])[0]
+    )
+    named = (replace(found.named[0], rivals=(rival,)),)
+    return tell(replace(found, verdict="ambiguous", choice=choice, named=named, experiments=(pair,)))
+
+
+def test_the_closing_lines_tell_how_sure_what_is_named_is_and_what_could_stand_for_it():
+    lines = summary_lines(disputed())
+    assert any(line.startswith("- 60 %: ") for line in lines)
+    assert "- or segment stiffness instead of weakened plate, 40 %" in lines
+    assert not any(": certain" in line or line.startswith("- certain") for line in lines)
+    plain = summary_lines(diagnosed())
+    assert not any("instead of" in line for line in plain)
+
+
+def test_what_to_do_names_files_that_are_there_and_only_programs_that_tell(tmp_path):
+    found = disputed()
+    (pair,) = found.experiments
+    assert pair.experiment.resolves
+    write_record(found, tmp_path)
+    said = what_to_do(found)
+    assert all((tmp_path / word.strip(".,;")).exists() for word in said.split() if ".csv" in word or ".toml" in word)
+    assert "next_experiment.csv" in said
+    vain = replace(pair.experiment, separation=pair.experiment.asked / 2)
+    said = what_to_do(replace(found, experiments=(pair._replace(experiment=vain),)))
+    assert "next_experiment" not in said
+    assert said.startswith("Look at the rig itself for weakened plate")
+    several = Separation("a", "b", replace(vain, title="another")), pair
+    assert "next_experiment_2.csv" in what_to_do(replace(found, experiments=several))
+    for verdict, file in (("explained", "explained.toml"), ("adequate", "calibrated.toml")):
+        said = what_to_do(diagnosed(Case() if verdict == "explained" else Case(hidden=())))
+        assert file in said
+        assert (tmp_path / file).exists()
+
+
+def test_nobody_is_told_to_use_what_is_unexplained():
+    found = diagnosed(UNEXPLAINED)
+    assert found.verdict == "unexplained"
+    for structured in (True, False):
+        said = what_to_do(replace(found, structured=structured))
+        assert "no name and no number" in said
+        assert ".toml" not in said
+    lines = summary_lines(found)
+    reason = next(k for k, line in enumerate(lines) if line.startswith("- unexplained, since"))
+    assert all(reason < k for k, line in enumerate(lines) if line.startswith("- in part"))
+
+
+def test_the_misfit_of_what_is_named_is_the_same_number_wherever_it_stands():
+    """Also where survivors are those of a coarser likelihood, as nothing explains the recording."""
+    for case in (Case(), UNEXPLAINED):
+        found = diagnosed(case)
+        named = {effect.name for effect in found.effects}
+        told = [model.reduced_chi2 for model in found.models if set(model.effects) == named]
+        assert told == [found.chi2.explained]
