@@ -55,21 +55,21 @@ def test_plates_of_known_bending_stiffness_get_the_same_factor(weak_rig):
 
 
 def test_the_same_design_gets_everything_and_runs_as_predicted(weak_rig):
-    learnt = predict(weak_rig / "diagnosis.json", weak_rig / "same.toml", STEPS)
+    learnt = predict(weak_rig / "diagnosis.json", weak_rig / "same.toml", STEPS, draws=40)
     explained = load_manipulator(weak_rig / "explained.toml")
     assert learnt.left_behind == ()
     assert [effect.kind for effect in learnt.manipulator.effect] == ["weakened_plate"]
     alone = solve(explained, STEPS)["x_m"]
     np.testing.assert_allclose(solve(learnt.manipulator, STEPS)["x_m"], alone, atol=1e-9)
     np.testing.assert_allclose(learnt.positions["x_m"], alone, atol=1e-4)  # other models survive, hardly probable
-    again = predict(weak_rig, weak_rig / "same.toml", STEPS)
+    again = predict(weak_rig, weak_rig / "same.toml", STEPS, draws=40)
     pd.testing.assert_frame_equal(learnt.positions, again.positions)
 
 
 def test_what_a_diagnosis_returned_tells_the_same_as_its_folder(weak_rig):
     of_folder, of_itself = (
-        predict(weak_rig, weak_rig / "same.toml", STEPS),
-        predict(diagnosed(), weak_rig / "same.toml", STEPS),
+        predict(weak_rig, weak_rig / "same.toml", STEPS, draws=40),
+        predict(diagnosed(), weak_rig / "same.toml", STEPS, draws=40),
     )
     pd.testing.assert_frame_equal(of_itself.positions, of_folder.positions)
 

@@ -26,7 +26,7 @@ def test_positions_are_the_mean_over_the_models_that_survive(weak_rig, tmp_path)
     second["effects"] = [{"kind": "segment_stiffness", "segment": k, "factor": 0.8} for k in (1, 2)]
     posterior["models"] = [first, second]
     (tmp_path / "diagnosis.json").write_text(json.dumps(record))
-    found = predict(tmp_path, weak_rig / "same.toml", STEPS).positions
+    found = predict(tmp_path, weak_rig / "same.toml", STEPS, draws=40).positions
     stiff, soft = (solve(Manipulator.model_validate(manipulator(E * part) | ELASTICA), STEPS) for part in (1, 0.8))
     for name in ("x_m", "y_m", "angle_rad"):
         np.testing.assert_allclose(found[name], 0.75 * stiff[name] + 0.25 * soft[name], atol=1e-9)
@@ -58,9 +58,8 @@ def test_what_a_mended_recording_leaves_unexplained_is_said_from_its_file_too(we
     for partial in (False, True):
         record["effects"] = [effect | {"partial": partial} for effect in record["effects"]]
         (tmp_path / "diagnosis.json").write_text(json.dumps(record))
-        remarks = predict(
-            tmp_path, weak_rig / "same.toml", {"sequence": ["a"], "step": [1], "cable_1_n": [5.0]}
-        ).remarks
+        pulled = {"sequence": ["a"], "step": [1], "cable_1_n": [5.0]}
+        remarks = predict(tmp_path, weak_rig / "same.toml", pulled, draws=40).remarks
         assert (f"{said}, and bands leave that out" in remarks) == partial
         carried = predict(tmp_path, weak_rig / "same.toml")
         assert (f"# {said}\n" in carried.to_toml()) == partial
@@ -103,7 +102,9 @@ def test_loads_that_bend_plates_further_than_the_recording_did_are_told(weak_rig
     def told() -> list[str]:
         (tmp_path / "diagnosis.json").write_text(json.dumps(record))
         return [
-            text for text in predict(tmp_path, weak_rig / "same.toml", steps).remarks if text.startswith("plates are")
+            text
+            for text in predict(tmp_path, weak_rig / "same.toml", steps, draws=40).remarks
+            if text.startswith("plates are")
         ]
 
     del record["posterior"]["bending"]["strain"]  # of plates of which no outermost fibre is known
@@ -161,7 +162,7 @@ def test_bands_of_a_roughly_made_rig_are_as_wide_as_its_tolerances(weak_rig, tmp
 def test_an_arm_that_would_buckle_is_not_predicted(weak_rig):
     """Straight under a thousand newtons along it: an equilibrium at which nothing stays."""
     steps = pd.DataFrame({"sequence": "a", "step": [1, 2], "tip_x_n": [-0.1, -1000.0], "cable_1_n": 0.0})
-    found = predict(weak_rig, weak_rig / "same.toml", steps)
+    found = predict(weak_rig, weak_rig / "same.toml", steps, draws=40)
     tip = found.positions.query("disk == 6").set_index("step")
     assert np.isfinite(tip.loc[1, "x_m"])
     assert tip.loc[2, ["x_m", "y_m", "y_low_m", "y_high_m"]].isna().all()

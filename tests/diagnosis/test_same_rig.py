@@ -93,8 +93,8 @@ def folder(tmp_path_factory):
 
 def test_the_recorded_rig_written_otherwise_is_predicted_alike(folder):
     """Young's modulus only turns strain into stress where stiffnesses are stated."""
-    as_recorded = predict(folder, rig(), PULLED)
-    otherwise = predict(folder, rig(segment=by_stiffness(), youngs_modulus_pa=1e11), PULLED)
+    as_recorded = predict(folder, rig(), PULLED, draws=40)
+    otherwise = predict(folder, rig(segment=by_stiffness(), youngs_modulus_pa=1e11), PULLED, draws=40)
     assert otherwise.left_behind == ()
     assert [effect.kind for effect in otherwise.manipulator.effect] == ["weakened_plate"]
     for name in ("x_m", "y_m", "y_low_m", "y_high_m"):
@@ -104,7 +104,7 @@ def test_the_recorded_rig_written_otherwise_is_predicted_alike(folder):
 @pytest.mark.parametrize("name", ["calibrated", "explained"])
 def test_files_that_the_diagnosis_wrote_are_predicted_as_the_nominal_one(folder, name):
     """What was found is in them already, and is not applied twice."""
-    plain, own = (predict(folder, design, PULLED) for design in (rig(), folder / f"{name}.toml"))
+    plain, own = (predict(folder, design, PULLED, draws=40) for design in (rig(), folder / f"{name}.toml"))
     assert own.manipulator.youngs_modulus_pa == pytest.approx(plain.manipulator.youngs_modulus_pa)
     assert own.manipulator.effect == plain.manipulator.effect
     for column in ("x_m", "y_m", "y_low_m", "y_high_m"):
@@ -135,7 +135,7 @@ def test_what_a_design_states_itself_stays_as_it_states_it():
 
 
 def test_a_coefficient_that_stays_behind_is_not_told_to_be_absent(folder):
-    learnt = predict(folder, rig().replace("friction.wrap", "edges"), PULLED)
+    learnt = predict(folder, rig().replace("friction.wrap", "edges"), PULLED, draws=40)
     assert learnt.manipulator.friction.coefficient == rig().friction.coefficient
     assert any("as the design's file has it" in remark for remark in learnt.remarks)
 

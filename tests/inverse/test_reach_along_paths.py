@@ -109,7 +109,7 @@ def test_a_step_without_a_pull_holds_the_tensions_and_takes_its_time(monkeypatch
 
 def test_where_no_cable_is_pulled_the_straight_manipulator_is_drawn_with_the_targets(tmp_path):
     runs_away = with_effects(FREE, {"kind": "empirical_moment", "terms": [{"of": "tension", "coefficient": -1e3}]})
-    for answer in (prb3r.reach(runs_away, path=WAY), prb3r.reach(FREE, x_m=0.202, y_m=0.0)):
+    for answer in (prb3r.reach(runs_away, path=WAY[:2]), prb3r.reach(FREE, x_m=0.202, y_m=0.0)):
         assert not answer.steps.filter(like="cable").to_numpy().any()
         drawn = [path for part in answer.plot().axes[0].collections for path in part.get_paths()]
         assert max(path.vertices[:, 0].max() for path in drawn) == pytest.approx(204)

@@ -8,11 +8,9 @@ import sys
 import time
 from pathlib import Path
 
-import duckdb
 import matplotlib
 import numpy as np
 import pandas as pd
-import polars
 import pyarrow.parquet as pq
 import pytest
 
@@ -132,6 +130,9 @@ def test_figures_and_report_are_made_again_only_where_something_changed(spec, tm
 
 
 def test_tables_say_what_they_hold_and_other_tools_read_them(spec, tmp_path):
+    import duckdb  # here alone, as no other test of this file needs them
+    import polars
+
     folder = go(spec, tmp_path / "out").folder
     schema = pq.read_schema(folder / "cases.parquet")
     assert schema.field("disk7_shift_m").metadata[b"unit"] == b"m"
