@@ -5,13 +5,14 @@ SEED, CASES and CLASSES are those of the run (no class: all).  The label, with w
 """
 
 import json
-import sys
 from collections.abc import Collection
 from pathlib import Path
 
+from prb3r.proof.arguments import of_a_run
 from prb3r.proof.concealed.composition import drawn_design, flavours, labels_of, requests
 from prb3r.proof.concealed.folder import write_real_recording
 from prb3r.proof.concealed.recordings import recording_of
+from prb3r.proof.settings import SETTINGS
 from prb3r.recording.writing import write_again
 
 
@@ -39,5 +40,5 @@ def write_case(seed: int, cases: int, case: int, folder: Path, classes: Collecti
 
 
 if __name__ == "__main__":
-    seed, cases, case = map(int, sys.argv[1:4])
-    write_case(seed, cases, case, Path(sys.argv[4]), sys.argv[5:])
+    asked = of_a_run(str(__doc__), SETTINGS.population.shares, case=True)
+    write_case(asked.seed, asked.cases, asked.case, Path(asked.folder), asked.classes)

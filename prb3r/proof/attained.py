@@ -21,9 +21,10 @@ from prb3r.diagnosis.known import Searched, Task
 from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.diagnosis.search.apply import serially
 from prb3r.errors import Prb3rError
+from prb3r.proof.arguments import of_a_run
 from prb3r.proof.concealed.composition import drawn_design, flavours, requests
 from prb3r.proof.concealed.folder import recording_from_folder
-from prb3r.proof.concealed.real import real_label
+from prb3r.proof.concealed.real import REAL_CLASSES, real_label
 from prb3r.proof.judging.opened import places_agree
 from prb3r.proof.rig.effects import RECORDS
 from prb3r.proof.settings import SETTINGS
@@ -111,7 +112,8 @@ def attained_in_run(seed: int, cases: int, classes: Collection[str]) -> Iterator
 
 
 if __name__ == "__main__":
-    for case, outcome in attained_in_run(int(sys.argv[1]), int(sys.argv[2]), sys.argv[3:] or ("several",)):
+    asked = of_a_run(str(__doc__), REAL_CLASSES, default=("several",))
+    for case, outcome in attained_in_run(asked.seed, asked.cases, asked.classes):
         lead, effects = outcome.possible - outcome.chosen, ", ".join(outcome.effects) or "nothing"
         said = "missed" if outcome.missed else "attained"
         sys.stdout.write(f"{case}: {said}; {effects} {lead:+.1f} in ln evidence against what was found\n")

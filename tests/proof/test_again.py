@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from prb3r.proof.again import write_case
+from prb3r.proof.arguments import of_a_run
 from prb3r.proof.prove import concealed_recordings, stages_of
 from prb3r.recording.reading import load_recording
 
@@ -29,3 +30,18 @@ def test_a_recording_of_a_run_is_written_as_the_run_has_it(tmp_path):
 def test_a_recording_that_a_run_has_not_is_refused(tmp_path):
     with pytest.raises(ValueError, match="no recording 2: a run of 2 has 0 to 1"):
         write_case(RUN["seed"], RUN["cases"], 2, tmp_path / "none", CLASSES)
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["1", "2", "2", "x"], "there is no recording 2: a run of 2 has 0 to 1"),
+        (["1", "2", "0", "x", "cleen"], "there is no class 'cleen'; the classes are clean, imperfect-clean"),
+        (["one", "2", "0", "x"], "invalid int value: 'one'"),
+    ],
+)
+def test_wrong_words_end_with_a_message(monkeypatch, capsys, words, said):
+    monkeypatch.setattr("sys.argv", ["again", *words])
+    with pytest.raises(SystemExit, match="2"):
+        of_a_run("", CLASSES, case=True)
+    assert said in capsys.readouterr().err
