@@ -6,6 +6,7 @@ import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.transforms import Transform
 
 MOST_SPOTS = 1200
 """Spots that a figure keeps at most; of more, evenly spaced ones."""
@@ -16,14 +17,14 @@ LAST = -1
 
 
 class Spots(Artist):
-    """Spots of a panel, as an artist that draws nothing: `at` (n, 2) in data coordinates, `keys` (n, 2) case and step.
+    """Spots of a panel, as an artist that draws nothing: `at` (n, 2) in data coordinates, `cases` and `steps` (n,).
 
     `to_scale`: whether the panel shows the plane in mm.
     """
 
-    def __init__(self, at: np.ndarray, keys: np.ndarray, to_scale: bool) -> None:
+    def __init__(self, at: np.ndarray, cases: np.ndarray, steps: np.ndarray, to_scale: bool) -> None:
         super().__init__()
-        self.at, self.keys, self.to_scale = at, keys, to_scale
+        self.at, self.cases, self.steps, self.to_scale = at, cases, steps, to_scale
         self.set_in_layout(False)
 
 
@@ -38,10 +39,8 @@ def point_at(axes: Axes, at: np.ndarray, cases: Any, steps: Any = LAST, to_scale
     to_scale : the panel shows the plane in mm, so that a page can draw a manipulator in it.
     """
     at = np.asarray(at, float).reshape(-1, 2)
-    keys = np.empty((len(at), 2), np.int64)
-    keys[:, 0], keys[:, 1] = cases, steps
-    seen = np.isfinite(at).all(1)
-    axes.add_artist(Spots(at[seen], keys[seen], to_scale))
+    case, step = (np.broadcast_to(np.asarray(each, np.int64), len(at)) for each in (cases, steps))
+    axes.add_artist(Spots(at, case, step, to_scale))
 
 
 def spots_of(figure: Figure) -> dict[str, Any] | None:
@@ -54,27 +53,34 @@ def spots_of(figure: Figure) -> dict[str, Any] | None:
     millimetre along x and y, in the same shares, else None; `ratio`: height over width of the figure; `all`: number of
     spots before those beyond `MOST_SPOTS` were left out.
     """
-    points: list[np.ndarray] = []
+    inside: list[tuple[int, Spots, Transform, np.ndarray]] = []
     scales: list[list[float] | None] = []
     for axes in figure.axes:
         artists = [artist for artist in axes.get_children() if isinstance(artist, Spots)]
         shares = axes.transData - figure.transFigure
-        corner, far = (
-            shares.transform([(0.0, 0.0), (1.0, 1.0)]) if artists and artists[0].to_scale else ((0, 0), (0, 0))
-        )
+        corners = axes.get_position().get_points() + BEYOND_PANEL * np.array([[-1], [1]])
+        low, high = np.sort(shares.inverted().transform(corners), axis=0)
         for spots in artists:
-            place = shares.transform(spots.at) if len(spots.at) else spots.at
-            low, high = axes.get_position().get_points()
-            inside = ((place >= low - BEYOND_PANEL) & (place <= high + BEYOND_PANEL)).all(1)
-            panel = np.full(inside.sum(), len(scales))
-            points.append(np.column_stack([place[inside, 0], 1 - place[inside, 1], panel, spots.keys[inside]]))
+            seen = np.flatnonzero(((spots.at >= low) & (spots.at <= high)).all(1))
+            inside.append((len(scales), spots, shares, seen))
         if artists:
-            scale = [corner[0], 1 - corner[1], far[0] - corner[0], far[1] - corner[1]]
-            scales.append([round(float(part), 7) for part in scale] if artists[0].to_scale else None)
-    rows = np.concatenate(points) if points else np.zeros((0, 5))
-    if not len(rows):
+            scales.append(_scale(shares) if artists[0].to_scale else None)
+    total = sum(len(seen) for *_, seen in inside)
+    if not total:
         return None
-    some = rows[np.linspace(0, len(rows) - 1, min(len(rows), MOST_SPOTS)).round().astype(int)]
-    listed = [[round(x, 4), round(y, 4), int(panel), int(case), int(step)] for x, y, panel, case, step in some.tolist()]
+    some, first, listed = np.linspace(0, total - 1, min(total, MOST_SPOTS)).round().astype(int), 0, []
+    for panel, spots, shares, seen in inside:
+        chosen = seen[some[(some >= first) & (some < first + len(seen))] - first]
+        first += len(seen)
+        numbers = zip(spots.cases[chosen].tolist(), spots.steps[chosen].tolist(), strict=True)
+        places = shares.transform(spots.at[chosen]).tolist() if len(chosen) else []
+        for (x, y), (case, step) in zip(places, numbers, strict=True):
+            listed.append([round(x, 4), round(1 - y, 4), panel, case, step])
     width, height = figure.get_size_inches()
-    return {"points": listed, "scales": scales, "ratio": round(float(height / width), 5), "all": len(rows)}
+    return {"points": listed, "scales": scales, "ratio": round(float(height / width), 5), "all": total}
+
+
+def _scale(shares: Transform) -> list[float]:
+    """The data point (0, 0), and the lengths along x and y of a millimetre, in shares from the upper left corner."""
+    corner, far = shares.transform([(0.0, 0.0), (1.0, 1.0)])
+    return [round(float(part), 7) for part in (corner[0], 1 - corner[1], far[0] - corner[0], far[1] - corner[1])]
