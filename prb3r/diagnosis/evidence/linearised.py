@@ -80,7 +80,7 @@ def _moved(fitted: Fit, probes: Sequence[Probe]) -> list[np.ndarray]:
 
 
 def _sensible(moved: np.ndarray, hypothesis: Hypothesis) -> np.ndarray:
-    """(r, k) changes by a hypothesis, 0 for a free parameter of which some change is `BEYOND_SENSE` or more, or no number."""
+    """(r, k) changes by a hypothesis; 0 for a free parameter of which some change is no number or `BEYOND_SENSE`."""
     if not hypothesis.continuous:
         return moved
     sizes = np.array([free.prior_sd for free in hypothesis.free])
