@@ -23,7 +23,7 @@ from prb3r.diagnosis.search.joint_pool import fit_joint
 from prb3r.diagnosis.settings import Settings
 from prb3r.errors import SpecError
 from prb3r.front.diagnoses import DiagnosisReport, JointReport
-from prb3r.present.diagnosis.together import shared_figure
+from prb3r.present.diagnosis.together import shared_figure, shared_table
 from prb3r.present.index import write_index
 from prb3r.recording.recording import Sharing
 
@@ -169,8 +169,8 @@ def test_what_is_not_shared_is_said_in_words():
     assert list(common.sentences) == [
         "The recordings speak against it that the rigs share the friction coefficient (the Bayes factor of that "
         "against each recording by itself has ln -5.0; 3 is strong).",
-        "The recordings agree on the friction coefficient: 0.3 (0.2 to 0.4) together, 0.3 (0.2 to 0.4) on a, "
-        "not told by b alone.",
+        "No two recordings tell, and so none contradicts, the friction coefficient: 0.3 (0.2 to 0.4) together, "
+        "0.3 (0.2 to 0.4) on a, not told by b alone.",
         "The recordings do not share edge wrap: b has its own, a none.",
         "Of a and b, each with its own values, as rigs do not share such effects: hole offset (cable 1).",
         "Of b alone: gravity.",
@@ -179,6 +179,16 @@ def test_what_is_not_shared_is_said_in_words():
     assert (
         '0.3 (0.2 to 0.4) on "a, left", not told by "b" alone' in replace(strain, recordings=("a, left", "b")).statement
     )
+
+
+def test_recordings_agree_where_two_of_them_tell_the_same():
+    estimate = Estimate(0.3, 0.2, 0.4)
+    told = SharedParameter("", "friction_coefficient", ("a", "b"), estimate, (estimate,) * 2, 1.0, True, 1.0, ())
+    assert told.statement.startswith("The recordings agree on the friction coefficient: 0.3 (0.2 to 0.4) together, 0.3")
+    neither = replace(told, alone=(Estimate(0.3), Estimate(0.3)))
+    assert "agree" not in neither.statement
+    rows = shared_table(Common(("a", "b"), (told, neither), {}, {}, 5.0, ())).rows
+    assert [row[-1] for row in rows] == ["yes", "–"]
 
 
 def test_where_nothing_is_shared_no_evidence_of_sharing_is_told():

@@ -20,6 +20,10 @@ from prb3r.mechanics.chain import Chain, Loads
 from prb3r.mechanics.derivatives.sensitivity import Direction
 from prb3r.model.effects.base import Effect
 
+BEYOND_SENSE = 1e6
+"""Change of a reading, m or rad, by an effect of its prior size from which on a derivative says nothing.  No arm moves
+so far.  Beside friction that grows without bound as a tension falls, readings answer to the first tension of an idle
+cable that is paid out as by a factor of 1e69.  Guard of the arithmetic: squares of such changes overflow."""
 POINTS_KEPT = 4
 """Parameter points whose changes of readings are cached: in a small diagnosis with one effect 2 serve as well as 32."""
 Probe = tuple[Hypothesis, np.ndarray]
@@ -30,7 +34,8 @@ def moved_readings(fitted: Fit, probes: Sequence[Probe]) -> list[np.ndarray]:
     """(r, k) for each probe: change of the readings per unit of each free parameter, or (r, 1) by the whole effect.
 
     Where a parameter is on its upper bound, the change is toward lower values.  It is 0 at steps without equilibrium,
-    and everywhere where a whole effect leads out of equilibrium.  Results are cached.
+    and everywhere where a whole effect leads out of equilibrium, or where some reading would move beyond all sense
+    (`BEYOND_SENSE`).  Results are cached.
     """
     model = fitted.model
     known = _known_at(model.predict, fitted.constants, model.hypotheses, fitted.p.tobytes())
@@ -71,7 +76,15 @@ def _moved(fitted: Fit, probes: Sequence[Probe]) -> list[np.ndarray]:
         out[number] = moved[:, first : first + len(directions)]
         first += len(directions)
     friction = fitted.model.friction(fitted.p)
-    return [out[number] * _way(*probe, friction) for number, probe in enumerate(probes)]
+    return [_sensible(out[number], probe[0]) * _way(*probe, friction) for number, probe in enumerate(probes)]
+
+
+def _sensible(moved: np.ndarray, hypothesis: Hypothesis) -> np.ndarray:
+    """(r, k) changes by a hypothesis; 0 for a free parameter of which some change is no number or `BEYOND_SENSE`."""
+    if not hypothesis.continuous:
+        return moved
+    sizes = np.array([free.prior_sd for free in hypothesis.free])
+    return np.where(np.abs(moved).max(0, initial=0.0) * sizes < BEYOND_SENSE, moved, 0.0)
 
 
 def _way(hypothesis: Hypothesis, start: np.ndarray, friction: float) -> np.ndarray | float:

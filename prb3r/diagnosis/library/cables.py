@@ -8,6 +8,7 @@ import numpy as np
 from prb3r.diagnosis.library.hypothesis import Free
 from prb3r.diagnosis.library.scope import Place, Scope, pulled_cables, together_and_alone, whole_rig_if
 from prb3r.diagnosis.library.suspect import OF_A_PART, OF_THE_SETUP, Suspect, rare, with_the_same
+from prb3r.diagnosis.library.totals import drift_of_cables, play_of_cables, zero_of_cables
 
 
 def _zero(scope: Scope, place: Place) -> tuple[Free, ...]:
@@ -79,12 +80,13 @@ CABLE_SUSPECTS = (
     Suspect(
         "tension_offset",
         sentence=lambda fitted: (
-            f"The tension of {fitted.of_cables} is off by {fitted.size} N at every step: "
+            f"The tension of {fitted.of_cables} is off by {fitted.size} N at every step{fitted.with_others(' N')}: "
             "check the zero of the force sensor."
         ),
         transfer=OF_THE_SETUP,
         places=together_and_alone,
         free=_zero,
+        quantity=zero_of_cables,
         kinked=True,  # idle cables feel only what is added
     ),
     Suspect(
@@ -100,23 +102,27 @@ CABLE_SUSPECTS = (
     Suspect(
         "tension_play",
         sentence=lambda fitted: (
-            f"The tension of {fitted.of_cables} lags by {fitted.size} N behind what is recorded, either way: look for "
-            "a guide or a sheath that drags before the base, or for play in the load cell."
+            f"The tension of {fitted.of_cables} lags by {fitted.size} N behind what is recorded, either way"
+            f"{fitted.with_others(' N')}: look for a guide or a sheath that drags before the base, or for play in the "
+            "load cell."
         ),
         transfer=OF_THE_SETUP,
         places=_reversed,
         free=_play,
+        quantity=play_of_cables,
         presence=rare,
     ),
     Suspect(
         "tension_drift",
         sentence=lambda fitted: (
-            f"The tension of {fitted.of_cables} is off by {fitted.size} N more with every further step: "
+            f"The tension of {fitted.of_cables} is off by {fitted.size} N more with every further step"
+            f"{fitted.with_others(' N')}: "
             "the zero of the force sensor drifts; read it without load before and after."
         ),
         transfer=OF_THE_SETUP,
         places=_drifting,
         free=_drift,
+        quantity=drift_of_cables,
         kinked=True,
         presence=rare,
     ),

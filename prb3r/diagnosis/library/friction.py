@@ -31,6 +31,7 @@ from prb3r.diagnosis.library.suspect import (
     as_it_is,
     rare,
 )
+from prb3r.diagnosis.library.totals import pulley_of_cables
 from prb3r.model.effects.friction import CableFriction
 
 
@@ -74,7 +75,11 @@ def _pulley(scope: Scope, place: Place) -> tuple[Free, ...]:
 
 def _pulley_sentence(fitted: Occurrence) -> str:
     loss = fitted.size.less(1.0).times(100)
-    return f"The pulley (or sheath) of {fitted.of_cables} takes {loss:.3g} % of the tension before it reaches the base."
+    total = fitted.with_others(" %", lambda efficiency: 100 * (1 - efficiency))
+    return (
+        f"The pulley (or sheath) of {fitted.of_cables} takes {loss:.3g} % of the tension before it reaches the base"
+        f"{total}."
+    )
 
 
 def _presliding(scope: Scope, place: Place) -> tuple[Free, ...]:
@@ -232,7 +237,14 @@ FRICTION_SUSPECTS = (
         free=_saturation,
         presence=rare,
     ),
-    Suspect("pulley_friction", _pulley_sentence, as_it_is, places=together_and_alone, free=_pulley),
+    Suspect(
+        "pulley_friction",
+        _pulley_sentence,
+        as_it_is,
+        places=together_and_alone,
+        free=_pulley,
+        quantity=pulley_of_cables,
+    ),
     Suspect(
         "slip_history",
         _slip_sentence,

@@ -8,6 +8,7 @@ import numpy as np
 from prb3r.diagnosis.library.hypothesis import Free
 from prb3r.diagnosis.library.scope import Place, Scope, whole_rig_if
 from prb3r.diagnosis.library.suspect import OF_THE_SETUP, Occurrence, Suspect, rare, with_the_same
+from prb3r.diagnosis.library.totals import load_of_disks
 
 
 def _gravity(scope: Scope, place: Place) -> tuple[Free, ...]:
@@ -58,7 +59,8 @@ def _weights(scope: Scope) -> Iterator[Place]:
 def _weight_sentence(fitted: Occurrence) -> str:
     where = f"disk {fitted.place['disk']}" if "disk" in fitted.place else "the disks"
     return (
-        f"Of the recorded load on {where} only {fitted.size.times(100)} % arrives: "
+        f"Of the recorded load on {where} only {fitted.size.times(100)} % arrives"
+        f"{fitted.with_others(' %', lambda share: 100 * share)}: "
         "friction in the pulley over which the weight hangs."
     )
 
@@ -90,5 +92,5 @@ LOAD_SUSPECTS = (
         places=lambda scope: whole_rig_if(bool(scope.recording.loads.tip.any())),
         free=_share,
     ),
-    Suspect("weight_friction", _weight_sentence, OF_THE_SETUP, places=_weights, free=_share),
+    Suspect("weight_friction", _weight_sentence, OF_THE_SETUP, places=_weights, free=_share, quantity=load_of_disks),
 )

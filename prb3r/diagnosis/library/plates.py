@@ -43,6 +43,7 @@ from prb3r.diagnosis.library.suspect import (
     left_behind,
     rare,
 )
+from prb3r.diagnosis.library.totals import rest_of_plates, stiffness_of_plates
 from prb3r.model.effects.base import Effect
 from prb3r.model.manipulator import Manipulator
 
@@ -90,7 +91,7 @@ def _rest_sentence(fitted: Occurrence) -> str:
     which = "All plates are"
     if plates:
         which = f"Plate {plates[0]} is" if len(plates) == 1 else f"Plates {plates[0]} to {plates[-1]} are"
-    return f"{which} bent before any load: stress-free curvature {fitted.size} 1/m."
+    return f"{which} bent before any load: stress-free curvature {fitted.size} 1/m{fitted.with_others(' 1/m')}."
 
 
 def _with_the_same_clamps(effect: Effect, here: Manipulator, there: Manipulator) -> Effect | str:
@@ -137,23 +138,26 @@ PLATE_SUSPECTS = (
     Suspect(
         "weakened_plate",
         sentence=lambda fitted: (
-            f"Plate {fitted.place['plate']} bends as if its stiffness were {fitted.size} of nominal: look for "
+            f"Plate {fitted.place['plate']} bends as if its stiffness were {fitted.size} of nominal"
+            f"{fitted.with_others()}: look for "
             + ("a crack, a loose clamp" if fitted.size.value < 1 else "a clamp that holds it shorter")
             + ", a wrong plate."
         ),
         transfer=OF_A_PART,
         places=lambda scope: ({"plate": plate} for plate in scope.plates),
         free=_factor,
+        quantity=stiffness_of_plates,
     ),
     Suspect(
         "segment_stiffness",
         sentence=lambda fitted: (
             f"The plates of segment {fitted.place['segment']} are {fitted.size} times as stiff "
-            "as those of the others suggest."
+            f"as those of the others suggest{fitted.with_others(' of nominal')}."
         ),
         transfer=OF_A_PART,
         places=lambda scope: ({"segment": number} for number, _ in scope.segments),
         free=_factor,
+        quantity=stiffness_of_plates,
     ),
     Suspect(
         "stiffness_gradient",
@@ -161,6 +165,7 @@ PLATE_SUSPECTS = (
         transfer=left_behind("belongs to this arm, as it was made"),
         places=lambda scope: whole_rig_if(scope.chain.plates > 2),  # with two plates, the same as one weakened plate
         free=_taper,
+        quantity=stiffness_of_plates,
         presence=rare,
     ),
     Suspect(
@@ -182,7 +187,14 @@ PLATE_SUSPECTS = (
         shared=OF_THE_MATERIAL,
         presence=lambda settings: settings.dissipating_presence,
     ),
-    Suspect("precurvature", _rest_sentence, left_behind(OWN_SHAPE), places=_bent_plates, free=_rest),
+    Suspect(
+        "precurvature",
+        _rest_sentence,
+        left_behind(OWN_SHAPE),
+        places=_bent_plates,
+        free=_rest,
+        quantity=rest_of_plates,
+    ),
     Suspect(
         "disk_contact",
         said_of_contact,

@@ -12,6 +12,7 @@ from typing import Any, Literal, NamedTuple
 from prb3r.diagnosis.library.alike import same_parts
 from prb3r.diagnosis.library.hypothesis import Free, Hypothesis
 from prb3r.diagnosis.library.scope import Place, Scope, structure, whole_rig
+from prb3r.diagnosis.library.totals import Contributed
 from prb3r.diagnosis.settings import Settings
 from prb3r.model.effects import EFFECT_KINDS, in_place_of
 from prb3r.model.effects.base import Effect
@@ -75,6 +76,8 @@ class Occurrence(NamedTuple):
     """The fitted parameters by name, in SI units, that which tells the size first."""
     friction: float = 0.0
     """The calibrated friction coefficient beside the effect."""
+    total: float | None = None
+    """The `Suspect.quantity` where the effect is, if other effects contribute to it there; else None."""
 
     @property
     def size(self) -> Estimate:
@@ -85,6 +88,12 @@ class Occurrence(NamedTuple):
     def more(self) -> str:
         """`more` where the fitted friction coefficient of the effect exceeds the calibrated one, else `less`."""
         return "more" if self.size.value > self.friction else "less"
+
+    def with_others(self, unit: str = "", in_unit: Callable[[float], float] = lambda total: total) -> str:
+        """A clause on the `total`, converted to the `unit` in which the size is said; empty where that is all."""
+        if self.total is None:
+            return ""
+        return f", which makes {in_unit(self.total):.3g}{unit} with all else that acts there"
 
     @property
     def of_cables(self) -> str:
@@ -181,6 +190,9 @@ class Suspect:
     referred: Callable[[Effect, Place], tuple[Effect, float]] | None = None
     """The same law with the reference of another place, and the factor on the friction coefficient, which holds at the
     reference, that goes with it; None: the place is no reference."""
+    quantity: Contributed | None = None
+    """What the effect contributes to where others may do so too: those of its kind at other places, and kinds with the
+    same quantity.  None: no other effect adds to what its sentence tells."""
     presence: Callable[[Settings], float] = usual
     """Prior probability that a rig has the effect at any place: above the usual one where nearly every rig has it,
     below where somebody would have had to overlook what is seen without a model."""

@@ -50,6 +50,11 @@ class SharedParameter:
     """Limits for what is said of sharing."""
 
     @property
+    def compared(self) -> bool:
+        """Whether two recordings or more tell the parameter alone, without which none can agree with another."""
+        return sum(estimate.low is not None for estimate in self.alone) > 1
+
+    @property
     def quantity(self) -> str:
         """The parameter and its effect in words."""
         of_effect = f" of {self.effect.replace('_', ' ')}" if self.effect else ""
@@ -67,7 +72,7 @@ class SharedParameter:
 
     @property
     def statement(self) -> str:
-        """Whether the recordings agree on the parameter, with its values, in a sentence."""
+        """Whether the recordings agree on the parameter, as two that tell it can, with its values, in a sentence."""
         quantity, (_, factor, unit) = self.quantity, self._in_words
         said = [
             f"{estimate.times(factor)}{unit} on {name}" if estimate.low is not None else f"not told by {name} alone"
@@ -77,7 +82,8 @@ class SharedParameter:
             told = f"The recordings, each by itself, do not agree on {quantity}: {' against '.join(said)}."
             possible = self.probability > self.settings.imitated_probability
             return told + (f" {self._shared_all_the_same}" if possible else "")
-        return f"The recordings agree on {quantity}: {self.together.times(factor)}{unit} together, {', '.join(said)}."
+        how = "The recordings agree on" if self.compared else "No two recordings tell, and so none contradicts,"
+        return f"{how} {quantity}: {self.together.times(factor)}{unit} together, {', '.join(said)}."
 
     @property
     def _shared_all_the_same(self) -> str:

@@ -64,7 +64,7 @@ def named_effect(choice: Choice, number: int, search: Search, fresh: Unseen | No
     places = _places(hypothesis, [rival.hypothesis for rival in elsewhere])
     parameters, profiles = _estimates(choice, number, sure=not partial)
     simpler = without_effect(fitted, number)
-    statement = sentence(hypothesis, parameters, fitted.model.friction(fitted.p))
+    statement = sentence(fitted, number, parameters)
     for key, (value, among) in places.items():
         if others := [place_text(other) for other in among if other != value]:
             one = key.removesuffix("s") if isinstance(value, tuple) and len(value) == 1 else key

@@ -148,8 +148,8 @@ def as_many_as_sought(choice: Choice) -> list[str]:
 
 
 def likely_too(choice: Choice) -> list[str]:
-    """Kinds of effects that are more likely there than not but are not named, a sentence each: beside the named
-    effects, or in the place of those that the models with that kind mostly lack."""
+    """Kinds of effects that are more likely there than not but are not named, a sentence each: where none is named,
+    beside the named effects, or in the place of those that the models with that kind mostly lack."""
     remarks = []
     for kind, probability in sorted(choice.likely.items(), key=lambda pair: -pair[1]):
         having = [survivor for survivor in choice.survivors if kind in survivor.kinds]
@@ -159,7 +159,8 @@ def likely_too(choice: Choice) -> list[str]:
         if gone:
             remarks.append(f"{kind} is likelier there than not {told}, in the place of {' and '.join(gone)}")
         else:
-            remarks.append(f"{kind} is likely there too {told}, though not sure enough to be named")
+            so = "likely there too" if choice.kinds else "likelier there than not"
+            remarks.append(f"{kind} is {so} {told}, though not sure enough to be named")
     return remarks
 
 

@@ -91,9 +91,16 @@ def shared_table(common: Common) -> Table | None:
         alone = dict(zip(shared.recordings, shared.alone, strict=True))
         cells = [_cell(shared, alone.get(name), name in shared.own) for name in common.recordings]
         about = [say.spaced(shared.effect) or "constant", _in_words(shared)[0]]
-        rows.append([*about, _cell(shared, shared.together), *cells, "yes" if shared.agrees else "**no**"])
+        rows.append([*about, _cell(shared, shared.together), *cells, _agreement(shared)])
     head = ["Of", "Parameter", "Together", *common.recordings, "Agree"]
     return Table(head, rows, (0, 1, len(head) - 1)) if rows else None
+
+
+def _agreement(shared: SharedParameter) -> str:
+    """Whether recordings agree on a parameter; a dash where no two tell it."""
+    if not shared.agrees:
+        return "**no**"
+    return "yes" if shared.compared else "–"
 
 
 def _cell(shared: SharedParameter, estimate, parted: bool = False) -> str:
