@@ -53,6 +53,13 @@ def test_every_second_rig_of_nitinol_gives_back_less_than_it_took():
     assert FLAGS not in others
 
 
+def test_nitinol_under_loads_that_no_plateau_bears_has_another_rare_effect():
+    rng, design = np.random.default_rng(8), design_of(2, 0, Flavour.REAL_NITINOL)
+    rare = {rare_among_others(rng, design, plateau=False)[0].effect["kind"] for _ in range(30)}
+    assert OF_NITINOL not in rare
+    assert len(rare) > 3
+
+
 def test_rigs_of_spring_steel_are_drawn_as_they_were():
     """One in ten of the recordings with a rare effect is of nitinol; the others are on the designs that they had."""
     kinds = flavours(40, ["rare"])

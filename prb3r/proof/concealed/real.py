@@ -47,11 +47,11 @@ def real_label(request: Request, design: Design) -> Label:
     Raises
     ------
     RuntimeError
-        If no rig was met that has an equilibrium at every step.
+        If no rig was met that has an equilibrium at every step, nor one without the plateau of nitinol.
     """
     rng = np.random.default_rng([request.seed, 3, request.case])
-    for attempt in range(SETTINGS.real.tries):
-        planted = _planted(rng, request, design)
+    for attempt in range(2 * SETTINGS.real.tries):
+        planted = _planted(rng, request, design, plateau=attempt < SETTINGS.real.tries)
         label = _held(rng, request, design, planted, attempt)
         if label is not None:
             blunder = drawn_blunder(rng, design) if request.cls == _BLUNDER else None
@@ -59,8 +59,9 @@ def real_label(request: Request, design: Design) -> Label:
     raise RuntimeError(f"case {request.case}: no rig with equilibria was found")
 
 
-def _planted(rng: np.random.Generator, request: Request, design: Design) -> list[Planted]:
-    """Random effects for a request; none for clean rigs and for blunders that are to stand alone."""
+def _planted(rng: np.random.Generator, request: Request, design: Design, plateau: bool) -> list[Planted]:
+    """Random effects for a request; none for clean rigs and for blunders that are to stand alone.  `plateau`: as of
+    :func:`rare_among_others`."""
     if request.cls == _SINGLE:
         drawn = None
         responses = Responses(design)
@@ -71,13 +72,18 @@ def _planted(rng: np.random.Generator, request: Request, design: Design) -> list
     if request.cls == _CLEAN or (request.cls == _BLUNDER and request.kind != "several"):
         return []
     if request.cls == _RARE:
-        return rare_among_others(rng, design)
+        return rare_among_others(rng, design, plateau)
     return several_effects(rng, design)
 
 
-def rare_among_others(rng: np.random.Generator, design: Design) -> list[Planted]:
-    """One rare effect, the first, beside one or two others of sizes that rigs show."""
+def rare_among_others(rng: np.random.Generator, design: Design, plateau: bool = True) -> list[Planted]:
+    """One rare effect, the first, beside one or two others of sizes that rigs show.
+
+    On plates of nitinol it is their `plateau`, unless that is not wanted, as under loads that no plateau can bear.
+    """
     of_kind = _by_kind(design, rare=True)
+    if not plateau:
+        of_kind.pop(OF_NITINOL, None)
     kind = OF_NITINOL if design.flavour == Flavour.REAL_NITINOL and OF_NITINOL in of_kind else rng.choice(list(of_kind))
     rare = _sized(rng, design, of_kind[kind], whole=False)
     others = several_effects(rng, design, SETTINGS.real.beside_rare)
