@@ -93,8 +93,8 @@ class RealRigs:
     single_multiple: float = 5.0
     """Of single effects, in smallest detectable ones under the tolerances."""
     tries: int = 60
-    """Sets of effects that are drawn for one that has an equilibrium at every step; then as many more, plates of nitinol
-    with another rare effect than their plateau, before the case is given up."""
+    """Sets of effects that are drawn for one that has an equilibrium at every step; then as many more, where plates of
+    nitinol have another rare effect than their plateau, before the case is given up."""
 
     # Imperfections
     noise: tuple[float, float] = (0.6, 1.8)
