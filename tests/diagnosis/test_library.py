@@ -218,7 +218,7 @@ def test_loops_are_suspected_where_a_plate_is_bent_back(rubbing):
     number = np.arange(count) - np.maximum.accumulate(np.where(begins, np.arange(count), 0)) + 1
     side = np.where(np.cumsum(begins) % 2, 1.0, -1.0)
     grows = (side * number)[:, None] * np.array([0.02, 0.01, 0.01, -0.01, 0.0, 0.03])
-    loops = ["hysteretic_plate", "hysteretic_plate (elements 3)"]
+    loops = ["hysteretic_plate", "hysteretic_plate (elements 2)", "hysteretic_plate (elements 3)"]
     assert names(rubbing, "hysteretic_plate") == loops
     assert not names(rubbing._replace(bend=grows), "hysteretic_plate")
     back = grows.copy()

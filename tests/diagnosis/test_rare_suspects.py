@@ -142,6 +142,11 @@ def test_play_is_suspected_of_cables_that_are_let_go(rubbing):
     number = step - np.maximum.accumulate(np.where(recording.begins, step, 0))  # in its sequence
     grows = recording.loads._replace(tension=10.0 * number[:, None] * np.ones(4))
     assert not places(rubbing._replace(recording=replace(recording, loads=grows)))
+    for fall, is_suspected in ((2.0, True), (0.9, False)):  # in all, of 10, by at most 1 in a step
+        slowly = np.where(number > 0, 10.0 - fall * (number - 1) / number.max(), 0.0)
+        slow = recording.loads._replace(tension=np.stack([0.0 * step, slowly, 0.0 * step, 0.0 * step], 1))
+        found = places(rubbing._replace(recording=replace(recording, loads=slow)))
+        assert ({"cables": ("2",)} in found) == is_suspected
     number[recording.begins.argmax() + 2] = 0
     one = recording.loads._replace(tension=np.stack([0.0 * step, 0.0 * step, 10.0 * number, 0.0 * step], 1))
     assert {"cables": ("3",)} in places(rubbing._replace(recording=replace(recording, loads=one)))

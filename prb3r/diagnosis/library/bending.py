@@ -142,9 +142,10 @@ def _sections(manipulator: Manipulator) -> list[tuple[float | None, ...]]:
 
 
 def loop_places(scope: Scope) -> list[Place]:
-    """Places of `hysteretic_plate`: plates that begin to slip at one bend, or little by little (the most elements that
-    the effect has); none under loading alone, where they are the same as plates that soften."""
-    return [{}, {"elements": MOST_ELEMENTS}] if scope.unloads else []
+    """Places of `hysteretic_plate`: plates that begin to slip at one bend, or little by little in any number of stages
+    that the effect has; none under loading alone, where they are the same as plates that soften."""
+    in_stages: list[Place] = [{"elements": stages} for stages in range(2, MOST_ELEMENTS + 1)]
+    return [{}, *in_stages] if scope.unloads else []
 
 
 def loop_free(scope: Scope, place: Place) -> tuple[Free, ...]:

@@ -32,11 +32,13 @@ def _play(scope: Scope, place: Place) -> tuple[Free, ...]:
 
 
 def _reversed(scope: Scope) -> Iterator[Place]:
-    """Places of `tension_play`: all cables, if any tension falls between two steps of a sequence by more than
-    `Settings.side_share` of the largest tension; then, on a rig of several cables, each alone whose tension does."""
-    recording = scope.recording
-    falls = -np.diff(recording.loads.tension, axis=0) > scope.settings.side_share * scope.pull
-    let_go = (falls & ~recording.begins[1:, None]).any(0)
+    """Places of `tension_play`: all cables, if any tension falls within a sequence, in one step or in several, by more
+    than `Settings.side_share` of the largest tension; then, on a rig of several cables, each alone whose tension
+    does."""
+    recording, let_go = scope.recording, np.zeros(len(scope.manipulator.cable_names), bool)
+    for tension in np.split(recording.loads.tension, np.flatnonzero(recording.begins)[1:]):
+        fallen = (np.maximum.accumulate(tension, axis=0) - tension).max(0)
+        let_go |= fallen > scope.settings.side_share * scope.pull
     names = [name for name, falling in zip(scope.manipulator.cable_names, let_go, strict=True) if falling]
     yield from whole_rig_if(bool(names))
     if len(scope.manipulator.cable_names) > 1:

@@ -1,8 +1,9 @@
 """Twins: models that predict nearly the same as a fitted one by another effect.
 
-Four pairs are known: one segment softer than stated, or another stiffer with a lower Young's modulus; plates that
-soften beyond a knee, or whose material follows a plateau; plates that dissipate, or that soften and give back less than
-they took (two effects); disks that touch, or notches that close.  A search that adds and exchanges one effect at a time
+Five pairs are known: one segment softer than stated, or another stiffer with a lower Young's modulus; plates that
+soften beyond a knee, or whose material follows a plateau; plates that slip at one bend, or at another, or little by
+little; plates that dissipate, or that soften and give back less than they took (two effects); disks that touch, or
+notches that close.  A search that adds and exchanges one effect at a time
 stays with the twin that it found first, since all other constants and effects have settled beside it.  Which twin is
 right decides what another design does.
 """
@@ -18,13 +19,14 @@ from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.model.effects.base import SIDE_COLUMN, Side
 from prb3r.model.effects.plates import DiskContact, HystereticPlate, NonlinearPlate, NotchClosing, closing_angles
 
-OF_SEGMENTS, OF_PLATEAUS, OF_FLAGS = "segment_stiffness", "superelastic_plate", "flag_hysteresis"
+OF_SEGMENTS, OF_PLATEAUS = "segment_stiffness", "superelastic_plate"
+OF_LOOPS, OF_FLAGS = "hysteretic_plate", "flag_hysteresis"
 OF_KNEES, OF_DISKS, OF_NOTCHES = "nonlinear_plate", "disk_contact", "notch_closing"
 
 
 def twins_of(fitted: Fit, library: Sequence[Hypothesis]) -> Iterator[Fit]:
     """All twins of a fitted model, each fitted from parameters at which it predicts nearly the same."""
-    for twins in (of_other_segments, of_plateaus, of_flags, of_stops):
+    for twins in (of_other_segments, of_plateaus, of_loops, of_flags, of_stops):
         yield from twins(fitted, library)
 
 
@@ -36,6 +38,8 @@ def of_other_segments(fitted: Fit, library: Sequence[Hypothesis]) -> Iterator[Fi
     others = [suspected for suspected in library if suspected.kind == OF_SEGMENTS]
     for k, replaced in enumerate(model.hypotheses):
         for other in others if replaced.kind == OF_SEGMENTS else ():
+            if other == replaced:
+                continue
             constants = fitted.p[: len(model.varied)].copy()
             constants[model.varied.index("log_stiffness")] += shares[k][0]  # the logarithm of a factor, as the constant
             yield from _with_another(fitted, k, other, -shares[k], constants)
@@ -51,6 +55,18 @@ def of_plateaus(fitted: Fit, library: Sequence[Hypothesis]) -> Iterator[Fit]:
             begun = np.zeros(len(plateau.free))
             begun[0] = plateau.free[0].at(effect.knee_strain / fitted.model.settings.knee_of_plateau)
             yield from _with_another(fitted, k, plateau, begun)
+
+
+def of_loops(fitted: Fit, library: Sequence[Hypothesis]) -> Iterator[Fit]:
+    """Twins with hysteretic plates that slip in another number of stages, or from another bend on; of every number the
+    best fit."""
+    friction = fitted.model.friction(fitted.p)
+    others = [suspected for suspected in library if suspected.kind == OF_LOOPS]
+    for k, replaced in enumerate(fitted.model.hypotheses):
+        for other in others if replaced.kind == OF_LOOPS else ():
+            ends = [end for begun in other.starts(friction) for end in _with_another(fitted, k, other, begun)]
+            if ends:
+                yield min(ends, key=lambda ended: ended.chi2)
 
 
 def of_stops(fitted: Fit, library: Sequence[Hypothesis]) -> Iterator[Fit]:
@@ -102,7 +118,7 @@ def _with_another(
     model, shares = fitted.model, fitted.model.shares(fitted.p)
     constants = fitted.p[: len(model.varied)] if constants is None else constants
     before, behind = model.hypotheses[:number], model.hypotheses[number + 1 :]
-    if other == model.hypotheses[number] or any(other.excludes(beside) for beside in (*before, *behind)):
+    if any(other.excludes(beside) for beside in (*before, *behind)):
         return
     twin = replace(model, hypotheses=(*before, other, *behind))
     start = np.concatenate([constants, *shares[:number], begun, *shares[number + 1 :]])
