@@ -20,6 +20,7 @@ from prb3r.diagnosis.investigate import without_blunders
 from prb3r.diagnosis.known import Searched, Task
 from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.diagnosis.search.apply import serially
+from prb3r.diagnosis.search.saturated import FORMS
 from prb3r.errors import Prb3rError
 from prb3r.proof.arguments import of_a_run
 from prb3r.proof.concealed.composition import drawn_design, flavours, requests
@@ -75,9 +76,10 @@ def _whole(best: Fit, library: Sequence[Hypothesis], concealed: Sequence[Mapping
 
 
 def _placed(hypothesis: Hypothesis, effect: Mapping[str, Any]) -> bool:
-    """Whether a hypothesis has the place of an effect, and its law, side and sections where the effect has them."""
-    place = dict(hypothesis.place)
-    names = {*RECORDS[hypothesis.kind].places, *(name for name in ("law", "side", "sections") if name in effect)}
+    """Whether a hypothesis has the place of an effect, and its law, side, sections and stages where the effect has
+    them; plates slip in one stage where no number is told."""
+    place = {"elements": 1, **dict(hypothesis.place)}
+    names = {*RECORDS[hypothesis.kind].places, *(name for name in FORMS if name in effect)}
     return all(places_agree(place.get(name), effect.get(name)) for name in names)
 
 
