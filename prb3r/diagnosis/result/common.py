@@ -84,7 +84,7 @@ class SharedParameter:
             return told + (f" {self._shared_all_the_same}" if possible else "")
         how = f"The recordings agree on {quantity}"
         if not self.compared:
-            how = f"No two recordings tell {quantity}, so that none can disagree"
+            how = f"No two recordings tell {quantity}, so that none contradicts another"
         return f"{how}: {self.together.times(factor)}{unit} together, {', '.join(said)}."
 
     @property
