@@ -150,22 +150,12 @@ def turned_too_far(packed, kept, loaded):
 
 @kernel
 def turned_midway(packed, middle, start):
-    """Whether a node may have turned back while it slipped, on the way from the state `start` over `middle` to the
-    present one, both ways of one length.
-
-    So it is where the parabola through its three angles turns.  A turn before the middle is of no account where nothing
-    has slipped until there.
-    """
+    """Whether a node may have turned back on the way from the state `start` over `middle` to the present one, both
+    halves of one length: whether the parabola through its three angles turns."""
     for i in range(start.q.shape[0]):
         for k in range(start.q.shape[1]):
             first, second = middle.q[i, k] - start.q[i, k], packed.plate[i].q[k] - middle.q[i, k]
-            if max(abs(first), abs(second)) <= NO_TURN:
-                continue
-            begun = first + second
-            for e in range(start.slider.shape[2]):
-                if middle.slider[i, k, e] != start.slider[i, k, e]:
-                    begun = 3 * first - second
-            if not begun * (3 * second - first) > 0.0:
+            if max(abs(first), abs(second)) > NO_TURN and not (3 * first - second) * (3 * second - first) > 0.0:
                 return True
     return False
 

@@ -23,7 +23,9 @@ def write_case(seed: int, cases: int, case: int, folder: Path, classes: Collecti
     Raises
     ------
     ValueError
-        Where the run has no such recording, or the rig has no equilibrium.
+        Where the run has no such recording, or the rig has no equilibrium at some step.
+    RuntimeError
+        Where no rig with equilibria is found.
     """
     if not 0 <= case < cases:
         raise ValueError(f"there is no recording {case}: a run of {cases} has 0 to {cases - 1}")

@@ -11,6 +11,7 @@ from prb3r.diagnosis.result.answer import by_sureness, exchanges, sureness, what
 from prb3r.diagnosis.result.effects import Separation
 from prb3r.diagnosis.result.files import write_record
 from prb3r.diagnosis.result.projection import summary_lines
+from prb3r.diagnosis.result.proposals import proposed
 from prb3r.diagnosis.result.tell import tell
 from prb3r.diagnosis.search.experiment import best_experiments
 from prb3r.diagnosis.search.rivals import Rival
@@ -119,3 +120,9 @@ def test_the_misfit_of_what_is_named_is_the_same_number_wherever_it_stands():
         named = {effect.name for effect in found.effects}
         told = [model.reduced_chi2 for model in found.models if set(model.effects) == named]
         assert told == [found.chi2.explained]
+
+
+def test_the_distance_of_a_program_that_tells_much_is_written_out():
+    (pair,) = disputed().experiments
+    (far,) = proposed([pair._replace(experiment=replace(pair.experiment, separation=1234.0))])
+    assert "by a squared distance of 1234 in units of the noise" in far.statement

@@ -51,6 +51,16 @@ def test_where_most_draws_have_no_equilibrium_there_is_no_band(weak_rig, tmp_pat
     assert found.positions[found.positions["disk"] > 0]["x_low_m"].isna().all()
 
 
+def test_where_no_draw_has_an_equilibrium_all_of_them_are_said_to_have_none(weak_rig, tmp_path):
+    record = json.loads((weak_rig / "diagnosis.json").read_text())
+    limp = {"kind": "nonlinear_plate", "law": "bilinear", "knee_per_m": 0.01, "ratio": 1e-3}
+    for model in record["posterior"]["models"]:
+        model["effects"] = [*model["effects"], limp]
+    (tmp_path / "diagnosis.json").write_text(json.dumps(record))
+    found = predict(tmp_path, weak_rig / "same.toml", weak_rig / "steps.csv", draws=40)
+    assert any(remark.startswith("at some step 100 % of the draws have no equilibrium") for remark in found.remarks)
+
+
 def test_what_a_mended_recording_leaves_unexplained_is_said_from_its_file_too(weak_rig, tmp_path):
     """The verdict on it is `set-up`."""
     record = json.loads((weak_rig / "diagnosis.json").read_text()) | {"verdict": "set-up"}

@@ -167,9 +167,9 @@ def test_what_is_not_shared_is_said_in_words():
         ("x",),
     )
     assert list(common.sentences) == [
-        "The recordings speak against it that the rigs share the friction coefficient (the Bayes factor of that "
+        "The recordings speak against the view that the rigs share the friction coefficient (the Bayes factor of that "
         "against each recording by itself has ln -5.0; 3 is strong).",
-        "No two recordings tell, and so none contradicts, the friction coefficient: 0.3 (0.2 to 0.4) together, "
+        "No two recordings tell the friction coefficient, so that none contradicts another: 0.3 (0.2 to 0.4) together, "
         "0.3 (0.2 to 0.4) on a, not told by b alone.",
         "The recordings do not share edge wrap: b has its own, a none.",
         "Of a and b, each with its own values, as rigs do not share such effects: hole offset (cable 1).",

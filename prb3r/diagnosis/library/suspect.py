@@ -16,13 +16,8 @@ from prb3r.diagnosis.library.totals import Contributed
 from prb3r.diagnosis.settings import Settings
 from prb3r.model.effects import EFFECT_KINDS, in_place_of
 from prb3r.model.effects.base import Effect
+from prb3r.model.files.cells import written_out
 from prb3r.model.manipulator import Manipulator
-
-
-def _digits(value: float, form: str) -> str:
-    """A number in the format `form`, but without an exponent below a million."""
-    text = f"{value:{form}}"
-    return f"{value:.0f}" if "e+" in text and abs(value) < 1e6 else text
 
 
 class Estimate(NamedTuple):
@@ -46,7 +41,7 @@ class Estimate(NamedTuple):
 
     def __format__(self, form: str) -> str:
         """The text `value (low to high)` in a number format (default `.3g`), with words in place of open ends."""
-        value, low, high = (None if end is None else _digits(end, form or ".3g") for end in self.numbers)
+        value, low, high = (None if end is None else written_out(end, form or ".3g") for end in self.numbers)
         if low is None or high is None:
             return f"{value}"
         return f"{value} ({self.interval(low, high)})"
@@ -93,7 +88,7 @@ class Occurrence(NamedTuple):
         """A clause on the `total`, converted to the `unit` in which the size is said; empty where that is all."""
         if self.total is None:
             return ""
-        return f", which makes {in_unit(self.total):.3g}{unit} with all else that acts there"
+        return f", which makes {written_out(in_unit(self.total), '.3g')}{unit} with all else that acts there"
 
     @property
     def of_cables(self) -> str:

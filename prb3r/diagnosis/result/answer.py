@@ -71,7 +71,7 @@ def _after_the_setup(diagnosis: Diagnosis) -> str:
         return "Simulate this rig with calibrated.toml; no effect needs to be added."
     carried = "prb3r predict takes what was learnt to other designs"
     if diagnosis.verdict == "explained":
-        unseen = "" if diagnosis.heldout else " Record a third sequence to confirm it: none was set aside."
+        unseen = "" if diagnosis.heldout else " Record three sequences or more to confirm it: none was set aside."
         return f"Simulate this rig with explained.toml; {carried}.{unseen}"
     weighed = f"{carried} with every set of effects that stands, by its probability"
     programs = files_of(proposed(diagnosis.experiments))
@@ -90,7 +90,8 @@ def _where_unexplained(diagnosis: Diagnosis) -> str:
     """What to do where the verdict is that something is left."""
     if not diagnosis.structured:
         return (
-            "Settle that first, and diagnose again; until then use no name and no number of this diagnosis elsewhere."
+            "Settle first why it is unexplained, and diagnose again; until then use no name and no number of this "
+            "diagnosis elsewhere."
         )
     return (
         "Read more where the mismatch sits, at loads between the recorded ones and on the way back, and diagnose "

@@ -82,8 +82,10 @@ class SharedParameter:
             told = f"The recordings, each by itself, do not agree on {quantity}: {' against '.join(said)}."
             possible = self.probability > self.settings.imitated_probability
             return told + (f" {self._shared_all_the_same}" if possible else "")
-        how = "The recordings agree on" if self.compared else "No two recordings tell, and so none contradicts,"
-        return f"{how} {quantity}: {self.together.times(factor)}{unit} together, {', '.join(said)}."
+        how = f"The recordings agree on {quantity}"
+        if not self.compared:
+            how = f"No two recordings tell {quantity}, so that none contradicts another"
+        return f"{how}: {self.together.times(factor)}{unit} together, {', '.join(said)}."
 
     @property
     def _shared_all_the_same(self) -> str:
@@ -120,7 +122,7 @@ class Common:
             yield "The rigs share nothing of what was found: each recording tells its values alone."
         else:
             factor, least = self.log_bayes_factor, self.settings.strong_log_bayes_factor
-            ruled = "speak against it that" if factor < -least else "leave open whether"
+            ruled = "speak against the view that" if factor < -least else "leave open whether"
             ruled = "bear out that" if factor > least else ruled
             what = listed([parameter.quantity for parameter in self.shared])
             odds = f"the Bayes factor of that against each recording by itself has ln {factor:.1f}; {least:g} is strong"

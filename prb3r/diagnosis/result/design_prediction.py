@@ -27,6 +27,7 @@ from prb3r.diagnosis.result.workshop import common_stiffness_sd, within_toleranc
 from prb3r.diagnosis.settings import Settings
 from prb3r.errors import Problem, SpecError
 from prb3r.model.effects.base import Effect
+from prb3r.model.files.cells import written_out
 from prb3r.model.files.table import read_table
 from prb3r.model.files.toml import toml_text
 from prb3r.model.given import Given, manipulator_of
@@ -120,7 +121,8 @@ def predict_design(
                 np.nan,
                 f"{told}, and there are none where more than {100 * Settings.most_lost_draws:.0f} % are lost",
             )
-        remarks.append(f"at some step {100 * lost.max():.2g} % of the draws have no equilibrium; {told}")
+        share = written_out(100 * lost.max(), ".2g")
+        remarks.append(f"at some step {share} % of the draws have no equilibrium; {told}")
     return DesignPrediction(central, left, tuple(remarks), _banded(positions, centre, spread))
 
 

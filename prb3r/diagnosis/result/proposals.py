@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 from prb3r.diagnosis.result.effects import Separation
 from prb3r.diagnosis.search.experiment import Experiment
+from prb3r.model.files.cells import written_out
 
 
 class ProposedExperiment(NamedTuple):
@@ -38,7 +39,7 @@ class ProposedExperiment(NamedTuple):
         """The load program and how well it tells the explanations apart, in words."""
         told = [pair for pair in self.pairs if pair.experiment.resolves]
         others = [pair for pair in self.pairs if not pair.experiment.resolves]
-        title, asked = self.experiment.title, f"{self.experiment.asked:.2g}"
+        title, asked = self.experiment.title, written_out(self.experiment.asked, ".2g")
         sentences = []
         if told:
             sentences.append(
@@ -57,8 +58,8 @@ def _pairs_in_words(pairs: Sequence[Separation]) -> str:
     """The explanations of pairs and the least distance between them, such as `a from b, by a squared distance of 3 in
     units of the noise`."""
     rivals = "; ".join(f"{pair.first} from {pair.second}" for pair in pairs).replace("_", " ")
-    least = min(pair.experiment.separation for pair in pairs)
-    return f"{rivals}, by a squared distance of {least:.2g}{' or more' * (len(pairs) > 1)} in units of the noise"
+    least = written_out(min(pair.experiment.separation for pair in pairs), ".2g")
+    return f"{rivals}, by a squared distance of {least}{' or more' * (len(pairs) > 1)} in units of the noise"
 
 
 def proposed(experiments: Sequence[Separation]) -> list[ProposedExperiment]:

@@ -143,6 +143,12 @@ def count(number: int, what: str, form: str = "") -> str:
     return f"{number:{form}} {what}{'s' * (number != 1)}"
 
 
+def written_out(value: float, form: str) -> str:
+    """A number in the format `form`, but without an exponent below a million."""
+    text = f"{value:{form}}"
+    return f"{value:.0f}" if "e+" in text and abs(value) < 1e6 else text
+
+
 def named(what: str, names: Collection[str]) -> str:
     """Names after their noun, in the plural where it needs one: `cable 3`, `cables 3, 4`."""
     return f"{what}{'s' * (len(names) > 1)} {', '.join(names)}"
