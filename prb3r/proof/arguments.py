@@ -28,6 +28,8 @@ def of_a_run(
     asked.classes = asked.classes or list(default)
     if unknown := [name for name in asked.classes if name not in classes]:
         parser.error(f"there is no class {unknown[0]!r}; the classes are {', '.join(classes)}")
+    if asked.cases < 1:
+        parser.error("a run has one recording at least")
     if case and not 0 <= asked.case < asked.cases:
         parser.error(f"there is no recording {asked.case}: a run of {asked.cases} has 0 to {asked.cases - 1}")
     return asked

@@ -37,6 +37,7 @@ def test_a_recording_that_a_run_has_not_is_refused(tmp_path):
     [
         (["1", "2", "2", "x"], "there is no recording 2: a run of 2 has 0 to 1"),
         (["1", "2", "0", "x", "cleen"], "there is no class 'cleen'; the classes are clean, imperfect-clean"),
+        (["1", "0", "0", "x"], "a run has one recording at least"),
         (["one", "2", "0", "x"], "invalid int value: 'one'"),
     ],
 )
