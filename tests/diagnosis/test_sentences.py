@@ -1,5 +1,7 @@
 """What is said of a suspect that was found: where, how much, and how it differs from the nominal chain."""
 
+import re
+
 import numpy as np
 import pytest
 from diagnosis.suspected import MU
@@ -59,6 +61,13 @@ def test_one_direction_makes_sense_where_the_other_does_not_exist(library):
             {"law": "smooth", "side": "negative"},
             {"knee_strain": (0.018, 0.017, 0.019), "ratio": (0.4, 0.3, 0.5), "sharpness": (3, None, None)},
             "soften (yield) beyond a strain of 1.8 (1.7 to 1.9) % where they bend toward negative offsets",
+        ),
+        (
+            "nonlinear_plate",
+            {"law": "smooth", "sections": "similar", "side": "positive"},
+            {"knee_per_m": (228, 220, 236), "ratio": (0.04, 0.03, 0.05), "sharpness": (4, None, None)},
+            "beyond a curvature of 228 (220 to 236) 1/m at plate 1, at the others at the same strain (as sections of "
+            "one shape) where they bend toward positive offsets, to 0.04 (0.03 to 0.05) of their stiffness, over",
         ),
         (
             "superelastic_plate",
@@ -180,7 +189,9 @@ def test_one_direction_makes_sense_where_the_other_does_not_exist(library):
 )
 def test_a_sentence_says_where_and_how_much_in_the_units_of_the_workshop(kind, place, sizes, said):
     estimates = {name: Estimate(*size) for name, size in sizes.items()}
-    assert said in SUSPECTS[kind].sentence(Occurrence(place, estimates, MU))
+    sentence = SUSPECTS[kind].sentence(Occurrence(place, estimates, MU))
+    assert said in sentence
+    assert not re.search(r"[,.;:] ?[,.;:]|  ", sentence), "punctuation and spaces stand once"
 
 
 @pytest.mark.parametrize(

@@ -74,7 +74,7 @@ def said_of_law(fitted: Occurrence) -> str:
     how = "soften (yield)" if ratio.value < 1 else "stiffen (touch)"
     knee = f"a curvature of {fitted.size} 1/m" if strain is None else f"a strain of {strain.times(100)} %"
     if fitted.place.get("sections") == "similar":
-        knee += " at plate 1, at the others at the same strain (as sections of one shape),"
+        knee += " at plate 1, at the others at the same strain (as sections of one shape)"
     smooth = fitted.estimates.get("sharpness")
     gently = "" if smooth is None else f", over a smooth knee (sharpness {smooth})"
     share = f"{ratio} of" if ratio.value < 1 else f"{ratio} times"
