@@ -65,9 +65,7 @@ def _whole(best: Fit, library: Sequence[Hypothesis], concealed: Sequence[Mapping
     constants, friction = best.p[: len(best.model.varied)], best.model.friction(best.p)
     starts: dict[Hypothesis, np.ndarray] = {}
     for effect in concealed:
-        alike = [
-            hypothesis for hypothesis in library if hypothesis.kind == effect["kind"] and _placed(hypothesis, effect)
-        ]
+        alike = hypotheses_on(effect, library)
         if not any(hypothesis.excludes(other) for hypothesis in alike[:1] for other in starts):
             starts |= {hypothesis: _size(hypothesis, effect, friction) for hypothesis in alike[:1]}
     model = replace(best.model, hypotheses=tuple(starts))
@@ -75,12 +73,16 @@ def _whole(best: Fit, library: Sequence[Hypothesis], concealed: Sequence[Mapping
     return None if fitted is None else polished(fitted)
 
 
-def _placed(hypothesis: Hypothesis, effect: Mapping[str, Any]) -> bool:
-    """Whether a hypothesis has the place of an effect, and its law, side, sections and stages where the effect has
-    them; plates slip in one stage where no number is told."""
-    place = {"elements": 1, **dict(hypothesis.place)}
-    names = {*RECORDS[hypothesis.kind].places, *(name for name in FORMS if name in effect)}
-    return all(places_agree(place.get(name), effect.get(name)) for name in names)
+def hypotheses_on(effect: Mapping[str, Any], library: Sequence[Hypothesis]) -> list[Hypothesis]:
+    """The hypotheses of a library that an effect (a table of a manipulator file) may be: of its kind, at its place, and
+    of its law, side, sections and stages where it has them; plates slip in one stage where no number is told."""
+    names = {*RECORDS[effect["kind"]].places, *(name for name in FORMS if name in effect)}
+    found = []
+    for hypothesis in library:
+        place = {"elements": 1, **dict(hypothesis.place)}
+        if hypothesis.kind == effect["kind"] and all(places_agree(place.get(name), effect.get(name)) for name in names):
+            found.append(hypothesis)
+    return found
 
 
 def _size(hypothesis: Hypothesis, effect: Mapping[str, Any], friction: float) -> np.ndarray:

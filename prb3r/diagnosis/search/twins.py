@@ -1,11 +1,10 @@
 """Twins: models that predict nearly the same as a fitted one by another effect.
 
-Five pairs are known: one segment softer than stated, or another stiffer with a lower Young's modulus; plates that
-soften beyond a knee, or whose material follows a plateau; plates that slip at one bend, or at another, or little by
-little; plates that dissipate, or that soften and give back less than they took (two effects); disks that touch, or
-notches that close.  A search that adds and exchanges one effect at a time
-stays with the twin that it found first, since all other constants and effects have settled beside it.  Which twin is
-right decides what another design does.
+Such are one segment softer than stated, and another stiffer with a lower Young's modulus; plates that soften beyond a
+knee, and whose material follows a plateau; plates that slip at one bend, at another, and little by little; plates that
+dissipate, and that soften and give back less than they took (two effects); disks that touch, and notches that close.
+A search that adds and exchanges one effect at a time stays with the twin that it found first, since all other constants
+and effects have settled beside it.  Which twin is right decides what another design does.
 """
 
 from collections.abc import Iterator, Sequence
