@@ -7,9 +7,11 @@ import numpy as np
 import pytest
 from diagnosis.simulated import UNEXPLAINED, Case, diagnosed, investigated, rival_of
 
+from prb3r.diagnosis.fit.least_squares import fit
 from prb3r.diagnosis.result.answer import by_sureness, exchanges, sureness, what_to_do
 from prb3r.diagnosis.result.effects import Separation
 from prb3r.diagnosis.result.files import write_record
+from prb3r.diagnosis.result.named import surviving
 from prb3r.diagnosis.result.projection import summary_lines
 from prb3r.diagnosis.result.proposals import proposed
 from prb3r.diagnosis.result.tell import tell
@@ -120,6 +122,18 @@ def test_the_misfit_of_what_is_named_is_the_same_number_wherever_it_stands():
         named = {effect.name for effect in found.effects}
         told = [model.reduced_chi2 for model in found.models if set(model.effects) == named]
         assert told == [found.chi2.explained]
+
+
+def test_survivors_under_a_coarser_likelihood_are_told_under_the_noise_of_the_chosen_model():
+    """As fitted anew under it; the coarser noise leaves them less than half of that chi-square."""
+    choice = investigated(UNEXPLAINED).choice
+    noise, others = choice.fitted.model.noise, [each for each in choice.survivors if each.effects != choice.effects]
+    told = surviving(replace(choice, survivors=tuple(others)), None)
+    assert len(others) > 2
+    for model, other in zip(told, others, strict=False):
+        anew = fit(replace(other.fitted.model, noise=noise), other.fitted.p)
+        assert other.fitted.reduced < anew.reduced / 2
+        assert model.reduced_chi2 == pytest.approx(anew.reduced, rel=0.05)
 
 
 def test_the_distance_of_a_program_that_tells_much_is_written_out():

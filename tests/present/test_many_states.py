@@ -1,5 +1,6 @@
 """A page of a study with many states holds some of them, and never needs all in memory unless a plot draws them."""
 
+import json
 import subprocess
 import sys
 
@@ -7,6 +8,7 @@ import pytest
 from command import PROTOTYPE
 
 from prb3r.present.study import thinning
+from prb3r.present.study.firsts import tensions_in_words
 from prb3r.present.study.publish import publish
 from prb3r.study import run as running
 from prb3r.study.run import Options, solve_study
@@ -78,6 +80,19 @@ def test_of_a_cloud_only_the_columns_that_are_drawn_are_read(solved, monkeypatch
     tips = thinning.states_to_draw(solved(CLOUD + '[[plot]]\nname = "reach"\nkind = "workspace"\n'))
     assert list(tips) == ["case_id", "step", "disk", "x_m", "y_m"]
     assert tips["step"].tolist() == list(range(1, 65))
+
+
+def test_of_each_load_of_a_cloud_that_is_pointed_at_the_page_tells_the_tensions(solved):
+    result = solved(CLOUD + '[[plot]]\nname = "reach"\nkind = "workspace"\n')
+    publish(result)
+    page = (result.folder / "report.html").read_text()
+    states = json.loads(page.split('id="pointed">')[1].split("</script>")[0])["states"]
+    loads = result.states().set_index("step")
+    assert sorted(states) == sorted(f"0:{step}" for step in loads.index)
+    for key, (_, said) in states.items():
+        row = loads.loc[int(key.removeprefix("0:"))]
+        pulls = {name: row[f"cable_{name}_n"] for name in "1234"}
+        assert said == tensions_in_words(pulls)
 
 
 def test_manipulators_of_a_cloud_are_drawn_with_the_angles_of_their_disks(solved):
