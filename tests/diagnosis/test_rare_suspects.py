@@ -45,6 +45,7 @@ the share of a coefficient that is estimated too."""
         (timed(0.6, kind="rate_dependent_friction", rate=-0.06, reference_n_per_s=0.0629), {}),
         (case(0.6, kind="wrap_saturation", saturation_per_rad=8.0), {}),
         (case(kind="stiffness_gradient", tip_to_base=0.6), {}),
+        (case(kind="precurvature_gradient", change_per_m=1.0), {}),
         (case(kind="tension_drift", offset_n_per_step=0.5, cables=("1",)), {"cables": ("1",)}),
         (case(kind="plate_softening", share_per_step=0.008), {}),
         (case(0.6, kind="friction_drift", share_per_step=0.03), {}),

@@ -70,6 +70,14 @@ def test_precurved_plates_are_circles_when_nothing_pulls():
     assert one.angle[0] == pytest.approx(3.0 * 0.014 * np.array([0, 0, 1, 1, 1]))
 
 
+def test_rest_curvature_that_grows_along_the_arm_is_an_arc_of_cornu_when_nothing_pulls():
+    """Four plates of 14 mm with curvatures of -1.5, -0.5, 0.5 and 1.5 1/m; one plate has no ends that could differ."""
+    steady = {"kind": "precurvature_gradient", "change_per_m": 3.0}
+    found = state(manipulator(steady, model="elastica"), up=0.0)
+    assert found.angle[0] == pytest.approx(0.014 * np.array([0.0, -1.5, -2.0, -1.5, 0.0]), abs=1e-15)
+    assert not state(manipulator(steady, plates=1), up=0.0).angle.any()
+
+
 def test_disks_in_contact_share_the_moment_with_the_plate():
     angle, stiffness = 0.02, 40.0
     found = state(manipulator({"kind": "disk_contact", "angle_rad": angle, "stiffness_n_m_per_rad": stiffness}), 120.0)

@@ -45,6 +45,7 @@ EFFECTS = [
     {"kind": "superelastic_plate", "plateau_stress_pa": 1.2e8},
     {"kind": "notch_closing", "factor": 0.05, "stiffness_n_m_per_rad": 3.0, "side": "positive"},
     {"kind": "precurvature", "curvature_per_m": 0.0},
+    {"kind": "precurvature_gradient", "change_per_m": 0.5},
     {"kind": "disk_contact", "angle_rad": 0.03, "stiffness_n_m_per_rad": 3.0},
     {"kind": "clamp_compliance", "compliance_rad_per_n_m": 0.01},
     {"kind": "cable_bending", "stiffness_n_m2": 0.0},

@@ -112,6 +112,7 @@ def later_effects(rng):
         {"kind": "stiffness_gradient", "tip_to_base": u(0.5, 2)},
         {"kind": "tension_play", "play_n": u(0, 4)},
         {"kind": "friction_drift", "share_per_step": u(-0.1, 0.3)},
+        {"kind": "precurvature_gradient", "change_per_m": u(-2, 2)},
     ]
 
 

@@ -38,6 +38,7 @@ LAWS = [
     (effect("weakened_plate", plate=2, factor=0.7), lambda k: k),
     (effect("cable_bending", stiffness_n_m2=0.01), lambda k: k * (1 + 0.02 / RIGIDITY)),
     (effect("precurvature", curvature_per_m=-2.0, plates=[1, 3]), lambda k: k),
+    (effect("precurvature_gradient", change_per_m=3.0), lambda k: k),
     (effect("clamp_compliance", compliance_rad_per_n_m=0.02), lambda k: k),
     (effect("disk_contact", angle_rad=0.03, stiffness_n_m_per_rad=20.0), lambda k: k),
     (
@@ -78,7 +79,7 @@ def test_every_plate_balances_in_a_second_integration(what, law):
         if what["kind"] == "empirical_moment":
             beside = -4 * bends[i] - 0.2 * (i - 1)
         rigidity = RIGIDITY * (0.7 if what.get("plate") == i + 1 else 1)
-        free = -2.0 if i + 1 in what.get("plates", []) else 0
+        free = what.get("change_per_m", 0) * (i - 1) / 2 - (2.0 if i + 1 in what.get("plates", []) else 0)
 
         def moment(place, acting=acting, beside=beside):
             return sum(((where - place).conjugate() * force).imag for where, force in acting) - beside

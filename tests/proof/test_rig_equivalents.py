@@ -44,6 +44,7 @@ NOTHING = [
     effect("superelastic_plate", plateau_strain=0.05),
     effect("notch_closing", factor=20.0, stiffness_n_m_per_rad=10.0),
     effect("precurvature", curvature_per_m=0.0),
+    effect("precurvature_gradient", change_per_m=0.0),
     effect("disk_contact", angle_rad=0.01, stiffness_n_m_per_rad=0.0),
     effect("disk_contact", angle_rad=1.0, stiffness_n_m_per_rad=10.0),
     effect("clamp_compliance", compliance_rad_per_n_m=0.0),

@@ -94,6 +94,20 @@ def _rest_sentence(fitted: Occurrence) -> str:
     return f"{which} bent before any load: stress-free curvature {fitted.size} 1/m{fitted.with_others(' 1/m')}."
 
 
+def _steady_change(scope: Scope, place: Place) -> tuple[Free, ...]:
+    """Free parameter of `precurvature_gradient`: from end to end twice as much as `precurvature` may be, prior sd as
+    there."""
+    k = scope.curvature
+    return (Free("change_per_m", 0.0, -2 * k, 2 * k, scale=k, sd=0.2),)
+
+
+def _steady_sentence(fitted: Occurrence) -> str:
+    return (
+        "Before any load the plates are bent otherwise along the arm, as of one that was wound up or has taken a set: "
+        f"from the first to the last their stress-free curvature changes steadily, by {fitted.size} 1/m in all."
+    )
+
+
 def _with_the_same_clamps(effect: Effect, here: Manipulator, there: Manipulator) -> Effect | str:
     """The effect, where clamps are as long on both manipulators and, as far as both files tell it, as wide; else the
     reason why it is left behind."""
@@ -194,6 +208,15 @@ PLATE_SUSPECTS = (
         places=_bent_plates,
         free=_rest,
         quantity=rest_of_plates,
+    ),
+    Suspect(
+        "precurvature_gradient",
+        _steady_sentence,
+        left_behind(OWN_SHAPE),
+        places=lambda scope: whole_rig_if(scope.chain.plates > 2),  # with two plates, the same as one bent plate
+        free=_steady_change,
+        quantity=rest_of_plates,
+        presence=rare,
     ),
     Suspect(
         "disk_contact",

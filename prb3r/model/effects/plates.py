@@ -157,6 +157,23 @@ class Precurvature(Effect):
         )
 
 
+class PrecurvatureGradient(Effect):
+    """Stress-free curvature of the arcs that changes steadily from plate 1 to the last, by `change_per_m` in all, and
+    is nothing in the mean, as of an arm that was wound up or has taken a set: the last plate is bent by half of it, the
+    first by as much the other way."""
+
+    kind: Literal["precurvature_gradient"]
+    change_per_m: Annotated[
+        float, Field(description="Curvature of the last plate less that of the first, both stress-free.")
+    ]
+
+    def change(self, chain: Chain, manipulator: Host) -> Chain:
+        along = np.linspace(-0.5, 0.5, chain.plates) if chain.plates > 1 else np.zeros(1)
+        return chain._replace(
+            rest=chain.rest + self.change_per_m * (along * chain.arc)[:, None] / chain.plate.stiffness
+        )
+
+
 class DiskContact(Effect):
     """Where the bend between two disks exceeds the angle, to either side, the disks (or the edges of a notch) touch and
     carry the stiffness times the excess."""

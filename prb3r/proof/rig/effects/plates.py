@@ -64,6 +64,17 @@ def _curved(given: Conditions) -> Iterator[Candidate]:
         yield Candidate(place, lambda u: {"curvature_per_m": u * given.curvature}, -0.6, 0.6)
 
 
+def _bow(draft: Draft, change_per_m):
+    plates = len(draft.rest)
+    for plate in range(plates):
+        draft.rest[plate] += change_per_m * (plate / max(plates - 1, 1) - (0.5 if plates > 1 else 0.0))
+
+
+def _bowed(given: Conditions) -> Iterator[Candidate]:
+    if given.plates > 1:  # half of it at either end, so that ends are bent as much as one plate may be
+        yield Candidate((), lambda u: {"change_per_m": u * given.curvature}, -1.2, 1.2)
+
+
 def _give(draft: Draft, compliance_rad_per_n_m):
     draft.compliance += compliance_rad_per_n_m
 
@@ -122,6 +133,7 @@ PLATE_RECORDS = (
         rare=True,
     ),
     Record("precurvature", _curve, (size("curvature_per_m"), several("plates", "plates")), _curved, turn=3),
+    Record("precurvature_gradient", _bow, (size("change_per_m"),), _bowed, rare=True),
     *BENDING_RECORDS,
     Record("clamp_compliance", _give, (size("compliance_rad_per_n_m", FROM_ZERO),), _giving, turn=9, of_the_kind=True),
 )
