@@ -16,12 +16,20 @@ from prb3r.diagnosis.investigate import run_stages
 from prb3r.diagnosis.known import Task
 from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.diagnosis.result.remarks import against_the_best, likely_too
-from prb3r.diagnosis.result.rig_remarks import beyond_tolerance, misplaced_marker, noisy, scattered, without_mass
+from prb3r.diagnosis.result.rig_remarks import (
+    beyond_tolerance,
+    misplaced_marker,
+    noisy,
+    out_of_reach,
+    scattered,
+    without_mass,
+)
 from prb3r.diagnosis.search.apply import serially
 from prb3r.diagnosis.search.pool import Survivor
 from prb3r.diagnosis.search.selection import simplest
 from prb3r.diagnosis.settings import Settings
 from prb3r.diagnosis.stages import calibrate, check, doubt, to_search
+from prb3r.model.effects.plates import DiskContact
 from prb3r.recording.recording import Kind, Tolerance
 
 SAID = "the most probable model has 1 effect, as many as are sought"
@@ -33,6 +41,17 @@ def test_a_model_with_as_many_effects_as_are_sought_is_said_to_have_them():
     assert [effect.kind for effect in found.effects] == ["weakened_plate"]
     assert any(remark.startswith(SAID) for remark in found.remarks)
     assert not any("as many as are sought" in remark for remark in diagnosed().remarks)
+
+
+@pytest.mark.parametrize(("degrees", "doubted"), [(9.0, True), (25.0, False)])
+def test_disks_that_could_touch_only_with_rims_far_outside_their_holes_are_doubted(degrees, doubted):
+    """Arcs of 14 mm, holes at 25.5 mm: at 9 degrees the rims lie at 14 mm / 0.1571 = 89.1 mm, at 25 degrees at 32."""
+    calibrated = to_search(Task(recorded()), lambda stage: None, serially).choice.calibrated
+    touching = {"kind": "disk_contact", "angle_rad": degrees * np.pi / 180, "stiffness_n_m_per_rad": 1.0}
+    solved = replace(calibrated.solved, effects=(DiskContact.model_validate(touching),))
+    remarks = out_of_reach(replace(calibrated, solved=solved))
+    assert len(remarks) == doubted
+    assert all("rims 89.1 mm from the axis, where the farthest hole lies at 25.5 mm" in remark for remark in remarks)
 
 
 def test_what_is_likely_but_not_named_is_said_and_what_is_named_no_certainty():

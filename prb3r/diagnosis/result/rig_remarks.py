@@ -16,6 +16,7 @@ from prb3r.diagnosis.evidence.outliers import Doubts, NotedWeight
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.fit.tolerance import EstimatedTolerances
 from prb3r.diagnosis.settings import Settings
+from prb3r.model.effects.plates import DiskContact
 from prb3r.model.files.cells import count
 from prb3r.model.manipulator import Manipulator
 from prb3r.recording.recording import Recording
@@ -117,6 +118,25 @@ def at_bounds(fitted: Fit) -> list[str]:
                 remarks.append(
                     f"{free.name} of {hypothesis.name} ends at {free.value(fitted.p[number], friction):.3g}, as far as "
                     f"was sought: it may be {way}, or something else is wrong"
+                )
+    return remarks
+
+
+def out_of_reach(fitted: Fit) -> list[str]:
+    """A remark on disks that touch at so small a bend that their rims would lie far outside all holes.
+
+    On an arc of the length h the gap between two disks is h - r times the bend at the distance r from the axis.
+    """
+    remarks, chain = [], fitted.solved.chain
+    hole = float(np.abs(chain.offset).max(initial=0.0))
+    for effect in fitted.effects:
+        if isinstance(effect, DiskContact) and effect.angle_rad > 0:
+            rim = float(chain.arc.min()) / effect.angle_rad
+            if rim > fitted.model.settings.farthest_rim * hole > 0:
+                remarks.append(
+                    f"disks that touch at {180 / np.pi * effect.angle_rad:.3g} degrees have rims {1e3 * rim:.3g} mm "
+                    f"from the axis, where the farthest hole lies at {1e3 * hole:.3g} mm: if these do not reach so "
+                    "far, something else stiffens the arm beyond that bend"
                 )
     return remarks
 

@@ -74,6 +74,9 @@ class RemarksSettings:
     lone_marker_ratio: float = 3.0
     """How many times as far off as any other marker one is that seems misplaced.  Choice: what bends the arm moves the
     others behind it too."""
+    farthest_rim: float = 3.0
+    """How many times as far from the axis as any hole the rims of disks may lie before contact of these is doubted.
+    Choice: holes mostly lie near the rims."""
     shown_rise: float = 4.0
     """Profiles are shown up to so many times the rise of chi-square at the ends of an interval.  Choice: twice the
     interval to either side, where chi-square is a parabola."""
