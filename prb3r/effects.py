@@ -32,7 +32,7 @@ from prb3r.model.effects.friction import (
     WornHole,
     WrapSaturation,
 )
-from prb3r.model.effects.loads import Gravity, TipForce, TipLoadFriction, Umbilical, WeightFriction
+from prb3r.model.effects.loads import Gravity, TipForce, TipLoadFriction, TipMass, Umbilical, WeightFriction
 from prb3r.model.effects.plates import (
     BaseCompliance,
     CableBending,
@@ -88,6 +88,7 @@ __all__ = [
     "TensionPlay",
     "TipForce",
     "TipLoadFriction",
+    "TipMass",
     "Umbilical",
     "WeakenedPlate",
     "WeightFriction",

@@ -66,6 +66,8 @@ class Chain(NamedTuple):
     """Contact of neighbouring disks."""
     constant: "Loads | None" = None
     """Loads of one step that always act, at rest too; its tensions are added to the applied ones."""
+    gravity: np.ndarray | float = 0.0
+    """(2,) acceleration of which `constant` has the forces on the masses of the manipulator, m/s^2."""
     tip_efficiency: float = 1.0
     """Share of the recorded tip load that acts."""
     disk_efficiency: np.ndarray | float = 1.0

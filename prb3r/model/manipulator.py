@@ -177,6 +177,15 @@ in metres: -21 mm is -0.021
         """(plates,) distance of the outermost fibre from the neutral axis, m; NaN where it is not known."""
         return self.per_plate(segment.outer_fibre for segment in self.segment)
 
+    @property
+    def disk_masses(self) -> np.ndarray:
+        """(plates,) mass on which gravity acts at the centre of each disk but the base, kg: the disk, half of the plate
+        on either side, and at the tip what it carries besides."""
+        plate = self.per_plate(segment.plate_mass_kg for segment in self.segment)
+        mass = self.disk.mass_kg + 0.5 * (plate + np.append(plate[1:], 0.0))
+        mass[-1] += self.disk.tip_mass_kg
+        return mass
+
     def cable_arm(self, side: int) -> np.ndarray:
         """(plates,) largest distance of a cable from the axis on the side of positive (`side` 1) or negative (-1)
         offsets, m; 0 for plates without a cable on that side."""

@@ -42,13 +42,16 @@ class Disk(Strict):
     --------
     >>> import prb3r
     >>> prb3r.Disk(thickness_m=0.004)
-    Disk(thickness_m=0.004, mass_kg=0.0)
+    Disk(thickness_m=0.004, mass_kg=0.0, tip_mass_kg=0.0)
     """
 
     thickness_m: DiskThickness
     """Thickness of a disk along the manipulator, m; it adds to the length, and holes lie in its two faces."""
     mass_kg: Mass = 0.0
-    """Mass of a disk with its clamps and its share of the plates, kg; used only where a gravity effect is present."""
+    """Mass of a disk with its clamps, kg, and with its share of the plates where these have no plate_mass_kg; used only
+    where a gravity effect is present."""
+    tip_mass_kg: Mass = 0.0
+    """Mass that the last disk carries besides, such as a gripper or a camera, kg; used as mass_kg is."""
 
 
 class Friction(Strict):
@@ -88,6 +91,9 @@ class Segment(Strict):
     """Instead of width and thickness: bending stiffness EI of a plate, N m^2."""
     outer_fibre_m: Thickness | None = None
     """With bending_stiffness_n_m2: distance of the outermost fibre from the neutral axis, m, for strain and stress."""
+    plate_mass_kg: Mass = 0.0
+    """Mass of one plate, kg, half of which hangs on the disk at either end; used only where a gravity effect is
+    present."""
 
     @model_validator(mode="after")
     def _consistent(self) -> "Segment":

@@ -3,7 +3,7 @@
 import pytest
 from diagnosis.learnt import write_learnt
 from diagnosis.simulated import NITINOL, recorded
-from diagnosis.suspected import MU, scope, sections
+from diagnosis.suspected import MU, SAG, scope, sections
 
 from prb3r.diagnosis.fit.calibrate import fit_constants
 from prb3r.diagnosis.fit.prediction import predictor
@@ -50,9 +50,10 @@ def nitinol():
 @pytest.fixture(scope="session")
 def library(rubbing, frictionless, limp, nitinol):
     """Every hypothesis on some rig, with the friction coefficient beside it."""
+    carried = [each for each in hypotheses(scope(effect=[SAG])) if each.kind == "tip_mass"]
     closing = [each for each in hypotheses(limp) if each.kind == "notch_closing"]
     plateau = [each for each in hypotheses(nitinol) if each.kind in ("superelastic_plate", "flag_hysteresis")]
-    return [(each, MU) for each in (*hypotheses(rubbing), *closing, *plateau)] + [
+    return [(each, MU) for each in (*hypotheses(rubbing), *closing, *plateau, *carried)] + [
         (each, 0.0) for each in hypotheses(frictionless)
     ]
 

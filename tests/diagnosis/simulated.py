@@ -109,14 +109,16 @@ def write_recording(
     plates=STEEL,
     timed=False,
     program="plain",
+    known=(),
 ) -> Path:
     """Record the rig with `hidden` effects into `folder`; `read` are the columns of the markers.
 
-    `timed`: with times of steps, which take from some seconds to an hour.
+    `known` are effects that the manipulator file has as well.  `timed`: with times of steps, which take from some
+    seconds to an hour.
     """
     rng = np.random.default_rng(seed)
     modulus, thickness = plates
-    true = manipulator(modulus * 1.05, friction * 0.9, hidden, thickness)
+    true = manipulator(modulus * 1.05, friction * 0.9, [*known, *hidden], thickness)
     frame = (rng.normal(0, 0.005), *rng.normal(0, 0.002, 2))
     noise = {"x_m": 3e-4, "y_m": 3e-4, "angle_rad": 0.005, "bend_rad": 0.005}
     steps, markers = [], []
@@ -148,7 +150,7 @@ def write_recording(
     described |= {"measurement": MEASUREMENT, "prior": {"youngs_modulus": 0.1, "friction_coefficient": 0.3}}
     described |= {"tolerance": EXACT}
     (folder / "recording.toml").write_text(toml_text(described))
-    (folder / "manipulator.toml").write_text(toml_text(manipulator(modulus, friction, thickness=thickness)))
+    (folder / "manipulator.toml").write_text(toml_text(manipulator(modulus, friction, known, thickness)))
     pd.DataFrame(steps).to_csv(folder / "steps.csv", index=False)
     pd.DataFrame(markers).to_csv(folder / "markers.csv", index=False)
     return folder
@@ -166,6 +168,7 @@ class Case:
     plates: tuple[float, float] = STEEL
     timed: bool = False
     program: str = "plain"
+    known: tuple[tuple[tuple[str, object], ...], ...] = ()
 
 
 LOSSY = {"kind": "pulley_friction", "cables": ("1",), "efficiency": 0.8}
@@ -197,7 +200,8 @@ def recorded(case: Case = Case()) -> Recording:
     with TemporaryDirectory() as folder:
         hidden = [dict(effect) for effect in case.hidden]
         described = case.seed, case.read, case.friction, case.plates, case.timed, case.program
-        return load_recording(write_recording(Path(folder), hidden, *described))
+        known = [dict(effect) for effect in case.known]
+        return load_recording(write_recording(Path(folder), hidden, *described, known))
 
 
 def rival_of(found: Investigation) -> Fit:

@@ -11,6 +11,7 @@ from prb3r.diagnosis.library.scope import Scope
 from prb3r.model.manipulator import Manipulator
 
 MU = 0.3
+SAG = {"kind": "gravity", "x_m_s2": 0.0, "y_m_s2": -9.8}
 
 
 def recording(**changes):

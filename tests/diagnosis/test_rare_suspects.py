@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from diagnosis.simulated import Case, diagnosed, recorded
+from diagnosis.suspected import SAG
 
 from prb3r.diagnosis.fit.constants import Constants
 from prb3r.diagnosis.fit.prediction import predictor
@@ -65,6 +66,16 @@ def test_what_few_rigs_have_is_named_with_its_place_and_size(hidden, place):
     ((name, size),) = effect.parameters.items()
     assert size.low < true[name] < size.high
     assert size.high - size.low < WIDTH.get(effect.kind, 0.4) * abs(true[name])
+
+
+def test_a_heavier_tip_is_likelier_than_a_force_that_nobody_applied_where_the_arm_is_known_to_sag():
+    """Constant forces at one point: one position of the arm cannot tell them apart, but few rigs have such a force."""
+    found = diagnosed(replace(case(kind="tip_mass", mass_kg=0.15), known=(tuple(SAG.items()),)))
+    (effect,) = found.effects
+    (rival,) = effect.rivals
+    assert (found.verdict, effect.kind, rival.kind) == ("ambiguous", "tip_mass", "tip_force")
+    assert effect.parameters["mass_kg"].low < 0.15 < effect.parameters["mass_kg"].high
+    assert rival.behind > 2
 
 
 @pytest.mark.parametrize(

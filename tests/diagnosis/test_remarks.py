@@ -18,9 +18,9 @@ from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.diagnosis.result.remarks import against_the_best, likely_too
 from prb3r.diagnosis.result.rig_remarks import (
     beyond_tolerance,
+    far_rims,
     misplaced_marker,
     noisy,
-    out_of_reach,
     scattered,
     without_mass,
 )
@@ -49,7 +49,7 @@ def test_disks_that_could_touch_only_with_rims_far_outside_their_holes_are_doubt
     calibrated = to_search(Task(recorded()), lambda stage: None, serially).choice.calibrated
     touching = {"kind": "disk_contact", "angle_rad": degrees * np.pi / 180, "stiffness_n_m_per_rad": 1.0}
     solved = replace(calibrated.solved, effects=(DiskContact.model_validate(touching),))
-    remarks = out_of_reach(replace(calibrated, solved=solved))
+    remarks = far_rims(replace(calibrated, solved=solved))
     assert len(remarks) == doubted
     assert all("rims 89.1 mm from the axis, where the farthest hole lies at 25.5 mm" in remark for remark in remarks)
 

@@ -77,6 +77,7 @@ def test_one_rig_may_be_written_in_many_ways(changes):
         with_cables(lambda cable: cable | {"name": f"cable {cable['name']}"}),
         {"disk": {"thickness_m": 0.005, "mass_kg": 0.05}},
         {"disk": {"thickness_m": 0.004, "mass_kg": 0.06}},
+        {"disk": {"thickness_m": 0.004, "mass_kg": 0.05, "tip_mass_kg": 0.02}},
     ],
 )
 def test_another_rig_is_another_one(changes):

@@ -118,6 +118,32 @@ def test_cables_add_their_own_bending_stiffness_where_they_run():
     assert same(state(dead), state(one))
 
 
+def test_plates_have_masses_of_their_own_and_the_tip_may_carry_more():
+    """Plates of 20 g on four disks of 50 g: 70 g a disk but 60 g at the tip, which carries 30 g as a file or an effect
+    has it, whichever is named first."""
+    heavy = {"segment": [PLATE | {"plate_mass_kg": 0.02}], "disk": {"thickness_m": 0.004, "mass_kg": 0.05}}
+    sag, more = {"kind": "gravity", "y_m_s2": -9.8}, {"kind": "tip_mass", "mass_kg": 0.03}
+    bare = manipulator()
+    weights = bare.chain(), np.array([[0.07], [0.07], [0.07], [0.09]]) * [0.0, -9.8]
+    loaded = solve_chain(weights[0], loads(weights[0], [[40.0, 0.0]], force=weights[1]))
+    tool = heavy | {"disk": heavy["disk"] | {"tip_mass_kg": 0.03}}
+    for rig in (manipulator(sag, **tool), manipulator(sag, more, **heavy), manipulator(more, sag, **heavy)):
+        assert same(state(rig), loaded)
+    assert same(state(manipulator(sag, more, more, **heavy)), state(manipulator(sag, more, **tool)))
+    with pytest.raises(ValueError, match=r"of the 0\.06 kg of the last disk 0\.07 kg cannot be missing"):
+        manipulator(sag, {"kind": "tip_mass", "mass_kg": -0.07}, **heavy)
+
+
+def test_many_heavy_plates_sag_as_a_beam_under_its_own_weight():
+    """w = q L^4 / (8 EI) to first order in the weight; n plates have it at their ends, as the trapezium rule has an
+    integral, which makes 1 + 1 / (3 n^2) of that."""
+    plates, mass = 6, 1e-6
+    strip = {"plates": plates, "length_m": 0.01, "bending_stiffness_n_m2": 0.24, "plate_mass_kg": mass}
+    rig = manipulator({"kind": "gravity", "y_m_s2": -9.8}, segment=[strip], disk={"thickness_m": 0.0}, model="elastica")
+    exact = -mass / 0.01 * 9.8 * (0.01 * plates) ** 4 / (8 * 0.24)
+    assert state(rig, up=0.0).y[0, -1] == pytest.approx(exact * (1 + 1 / (3 * plates**2)), rel=1e-6)
+
+
 def test_gravity_is_a_load_on_every_disk_and_the_tip_force_one_on_the_tip():
     rig = manipulator()
     chain = rig.chain()

@@ -57,6 +57,7 @@ from prb3r.model.effects import EFFECT_KINDS
         {"kind": "cable_bending", "stiffness_n_m2": 0.0},
         {"kind": "gravity"},
         {"kind": "tip_force"},
+        {"kind": "tip_mass", "mass_kg": 0.1},
         {"kind": "tip_load_friction", "efficiency": 1.0},
         {"kind": "weight_friction", "efficiency": 1.0},
         {"kind": "camera_scale", "scale": 1.1},

@@ -51,6 +51,7 @@ EFFECTS = [
     {"kind": "cable_bending", "stiffness_n_m2": 0.0},
     {"kind": "gravity", "x_m_s2": 0.0, "y_m_s2": -9.8},
     {"kind": "tip_force", "x_n": 0.0, "y_n": 0.5},
+    {"kind": "tip_mass", "mass_kg": 0.02},
     {"kind": "tip_load_friction", "efficiency": 1.0},
 ]
 NUMBERS = [
@@ -108,7 +109,8 @@ def close(manipulator, path, within=1e-5, steps=STEPS):
 @pytest.mark.parametrize(("effect", "name"), NUMBERS, ids=[f"{e['kind']} {n}" for e, n in NUMBERS])
 def test_every_number_of_every_effect(effect, name):
     hinged = "compliance" in effect["kind"]  # kernels of that shape are compiled for the elastica elsewhere
-    close(rig(effect, model="elastica" if hinged else "prb3r"), f"effect.1.{name}")
+    beside = [{"kind": "gravity", "y_m_s2": -9.8}] if effect["kind"] == "tip_mass" else []
+    close(rig(effect, *beside, model="elastica" if hinged else "prb3r"), f"effect.1.{name}")
 
 
 @pytest.mark.parametrize("friction", [{}, {"direction": "history"}], ids=["declared", "history"])

@@ -113,6 +113,8 @@ def later_effects(rng):
         {"kind": "tension_play", "play_n": u(0, 4)},
         {"kind": "friction_drift", "share_per_step": u(-0.1, 0.3)},
         {"kind": "precurvature_gradient", "change_per_m": u(-2, 2)},
+        {"kind": "tip_mass", "mass_kg": u(0, 0.2)},
+        {"kind": "gravity", "x_m_s2": u(-5, 5), "y_m_s2": u(-5, 5)},
     ]
 
 

@@ -1,5 +1,5 @@
-"""Suspects among the loads: unrecorded ones (gravity, a force at the tip, an umbilical) and recorded ones of which
-friction takes a part."""
+"""Suspects among the loads: unrecorded ones (gravity, a force or a mass at the tip, an umbilical) and recorded ones of
+which friction takes a part."""
 
 from collections.abc import Iterator
 
@@ -7,7 +7,7 @@ import numpy as np
 
 from prb3r.diagnosis.library.hypothesis import Free
 from prb3r.diagnosis.library.scope import Place, Scope, whole_rig_if
-from prb3r.diagnosis.library.suspect import OF_THE_SETUP, Occurrence, Suspect, rare, with_the_same
+from prb3r.diagnosis.library.suspect import OF_THE_SETUP, Occurrence, Suspect, left_behind, rare, with_the_same
 from prb3r.diagnosis.library.totals import load_of_disks
 
 
@@ -32,6 +32,26 @@ def _force(scope: Scope, place: Place) -> tuple[Free, ...]:
 def _force_sentence(fitted: Occurrence) -> str:
     x, y = fitted.estimates["x_n"], fitted.estimates["y_n"]
     return f"An unrecorded force of {x} N along x and {y} N along y acts at the tip."
+
+
+def _tool(scope: Scope, place: Place) -> tuple[Free, ...]:
+    """Free parameter of `tip_mass`: from a last disk without its mass up to ten times the mass of the whole arm; prior
+    sd that mass, as a gripper may well weigh as much."""
+    masses = scope.manipulator.disk_masses
+    arm = float(masses.sum())
+    return (Free("mass_kg", 0.0, -0.999 * float(masses[-1]), 10 * arm, scale=arm, sd=1.0),)
+
+
+def _weighs(scope: Scope) -> bool:
+    """Whether the manipulator file has gravity in the plane, and masses on which it acts."""
+    return bool(np.any(scope.manipulator.chain().gravity)) and bool(scope.manipulator.disk_masses.any())
+
+
+def _tool_sentence(fitted: Occurrence) -> str:
+    grams = fitted.size.times(1e3)
+    if grams.value < 0:
+        return f"The tip is lighter than noted, by {grams.less(0.0)} g."
+    return f"The tip is heavier than noted, by {grams} g: a gripper, a camera, a hose or a wire hangs there."
 
 
 def _tube(scope: Scope, place: Place) -> tuple[Free, ...]:
@@ -70,10 +90,17 @@ LOAD_SUSPECTS = (
         "gravity",
         _gravity_sentence,
         OF_THE_SETUP,
-        places=lambda scope: whole_rig_if(scope.manipulator.disk.mass_kg > 0),
+        places=lambda scope: whole_rig_if(bool(scope.manipulator.disk_masses.any())),
         free=_gravity,
     ),
     Suspect("tip_force", _force_sentence, OF_THE_SETUP, free=_force, presence=rare),
+    Suspect(
+        "tip_mass",
+        _tool_sentence,
+        left_behind("hangs on the tip of this rig"),
+        places=lambda scope: whole_rig_if(_weighs(scope)),
+        free=_tool,
+    ),
     Suspect(
         "umbilical",
         sentence=lambda fitted: (

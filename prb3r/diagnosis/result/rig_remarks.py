@@ -83,10 +83,10 @@ def below_stated(share: float) -> list[str]:
 
 
 def without_mass(manipulator: Manipulator) -> list[str]:
-    """A remark that gravity was not suspected, where the manipulator file gives the disks no mass."""
-    if manipulator.disk.mass_kg > 0:
+    """A remark that gravity was not suspected, where the manipulator file gives no part a mass."""
+    if manipulator.disk_masses.any():
         return []
-    return ["gravity was not suspected, as the manipulator file gives the disks no mass (mass_kg)"]
+    return ["gravity was not suspected, as the manipulator file gives disks and plates no mass (mass_kg)"]
 
 
 def strained(fitted: Fit) -> list[str]:
@@ -122,7 +122,7 @@ def at_bounds(fitted: Fit) -> list[str]:
     return remarks
 
 
-def out_of_reach(fitted: Fit) -> list[str]:
+def far_rims(fitted: Fit) -> list[str]:
     """A remark on disks that touch at so small a bend that their rims would lie far outside all holes.
 
     On an arc of the length h the gap between two disks is h - r times the bend at the distance r from the axis.

@@ -38,9 +38,9 @@ def _lengths(manipulator: Manipulator) -> Iterator[np.ndarray]:
 
 
 def _same_mass(first: Manipulator, other: Manipulator) -> bool:
-    """Whether disks have the same mass, as far as both files state one."""
-    masses = first.disk.mass_kg, other.disk.mass_kg
-    return not all(masses) or same_numbers(*map(np.array, masses))
+    """Whether every disk carries the same mass, as far as both files state any."""
+    masses = first.disk_masses, other.disk_masses
+    return not all(mass.any() for mass in masses) or same_numbers(*masses)
 
 
 def _same_sections(first: Manipulator, other: Manipulator) -> bool:

@@ -57,6 +57,9 @@ class Host(Protocol):
     @property
     def outer_fibre(self) -> np.ndarray: ...
 
+    @property
+    def disk_masses(self) -> np.ndarray: ...
+
     def cable_arm(self, side: int) -> np.ndarray: ...
 
 
@@ -68,8 +71,9 @@ class CachedHost:
         self.segment, self.disk, self.friction = manipulator.segment, manipulator.disk, manipulator.friction
         self.effect, self.cable_names, self.plates = manipulator.effect, manipulator.cable_names, manipulator.plates
         self.bending_stiffness, self.outer_fibre = manipulator.bending_stiffness, manipulator.outer_fibre
+        self.disk_masses = manipulator.disk_masses
         self._arms = {side: manipulator.cable_arm(side) for side in (-1, 1)}
-        for shared in (self.bending_stiffness, self.outer_fibre, *self._arms.values()):
+        for shared in (self.bending_stiffness, self.outer_fibre, self.disk_masses, *self._arms.values()):
             shared.flags.writeable = False
 
     def cable_arm(self, side: int) -> np.ndarray:

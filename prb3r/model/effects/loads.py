@@ -1,7 +1,7 @@
 """Effects on dead loads: constant loads that are not recorded, and recorded loads of which only a share acts."""
 
 from collections.abc import Iterator
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
@@ -12,7 +12,7 @@ from prb3r.model.files.numbers import NonNegative
 
 
 class Gravity(Effect):
-    """In-plane part of gravity on every disk's mass."""
+    """In-plane part of gravity on the mass of every disk and plate, and on what the tip carries."""
 
     kind: Literal["gravity"]
     x_m_s2: float = 0.0
@@ -20,8 +20,9 @@ class Gravity(Effect):
 
     def change(self, chain: Chain, manipulator: Host) -> Chain:
         constant = chain.constant or no_loads(chain)
-        force = constant.force + manipulator.disk.mass_kg * np.array([self.x_m_s2, self.y_m_s2])
-        return chain._replace(constant=constant._replace(force=force))
+        gravity = np.array([self.x_m_s2, self.y_m_s2])
+        force = constant.force + manipulator.disk_masses[:, None] * gravity
+        return chain._replace(constant=constant._replace(force=force), gravity=chain.gravity + gravity)
 
 
 class TipForce(Effect):
@@ -34,6 +35,27 @@ class TipForce(Effect):
     def change(self, chain: Chain, manipulator: Host) -> Chain:
         constant = chain.constant or no_loads(chain)
         return chain._replace(constant=constant._replace(tip=constant.tip + np.array([self.x_n, self.y_n])))
+
+
+class TipMass(Effect):
+    """The tip is heavier than noted, by a gripper, a camera or a hose, or lighter: gravity acts on `mass_kg` more at
+    the last disk. Without `gravity` it does nothing."""
+
+    kind: Literal["tip_mass"]
+    late: ClassVar[int] = 1  # after all gravity
+    mass_kg: Annotated[
+        float, Field(le=20, description="Mass at the last disk beside what the file gives it, kg; negative: less.")
+    ]
+
+    def change(self, chain: Chain, manipulator: Host) -> Chain:
+        constant = chain.constant or no_loads(chain)
+        force = constant.force.copy()
+        force[..., -1, :] += self.mass_kg * chain.gravity
+        return chain._replace(constant=constant._replace(force=force))
+
+    def problems(self, manipulator: Host) -> Iterator[str]:
+        if -self.mass_kg > (mass := manipulator.disk_masses[-1]):
+            yield f"effect {self.kind}: of the {mass:.4g} kg of the last disk {-self.mass_kg:.4g} kg cannot be missing"
 
 
 class Umbilical(Effect):

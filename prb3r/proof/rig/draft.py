@@ -19,8 +19,8 @@ class Draft:
     """(n,) length of the rigid clamp at either end of each arc."""
     disk: float
     """Thickness of a disk."""
-    mass: float | None
-    """Mass of a disk, kg; None: unknown."""
+    mass: np.ndarray
+    """(n,) mass that hangs at the centre of each disk from 1 on, kg; NaN: unknown."""
     rigidity: np.ndarray
     """(n,) EI, N m^2."""
     offset: np.ndarray
@@ -124,6 +124,8 @@ class Draft:
     """(m,) ratio of true to noted tension, in the limit of small tensions."""
     gain_per_n: np.ndarray = field(init=False)
     """(m,) relative growth of `gain` per noted tension, 1/N."""
+    gravity: np.ndarray = field(init=False)
+    """(2,) gravity in the plane, m/s^2."""
     disk_force: np.ndarray = field(init=False)
     """(n, 2) constant forces at the disks' centres, N."""
     tip_force: np.ndarray = field(init=False)
@@ -138,6 +140,7 @@ class Draft:
         self.tension_drift, self.tension_play = np.zeros(m), np.zeros(m)
         self.gain, self.gain_per_n = np.ones(m), np.zeros(m)
         self.camera_shift = np.zeros(2)
+        self.gravity = np.zeros(2)
         self.disk_force, self.tip_force = np.zeros((n, 2)), np.zeros(2)
         self.disk_efficiency = np.ones((n, 1))
 
@@ -190,7 +193,7 @@ def nominal_draft(manipulator: Mapping[str, Any]) -> Draft:
         arc=(np.array([float(segment["length_m"]) for segment in segments]) - 2 * clamp)[number - 1],
         clamp=clamp[number - 1],
         disk=float(disk.get("thickness_m", 0)),
-        mass=disk.get("mass_kg"),
+        mass=_masses(disk, [float(segments[k - 1].get("plate_mass_kg", 0)) for k in number]),
         rigidity=np.array([rigidity(segment) for segment in segments])[number - 1],
         offset=offsets,
         reach=there.sum(0),
@@ -203,3 +206,15 @@ def nominal_draft(manipulator: Mapping[str, Any]) -> Draft:
         modulus=float(manipulator.get("youngs_modulus_pa", np.nan)),
         arm=np.stack([np.max(side * offsets * there, axis=1, initial=0.0) for side in (-1, 1)], 1),
     )
+
+
+def _masses(disk: Mapping[str, Any], of_plates: Sequence[float]) -> np.ndarray:
+    """(n,) mass at the centre of each disk from 1 on, with half of every plate that ends there and what the tip
+    carries, kg; NaN where nothing in the file has a mass."""
+    at_disk = np.full(len(of_plates), float(disk.get("mass_kg", 0)))
+    for plate, mass in enumerate(of_plates):
+        at_disk[plate] += mass / 2
+        if plate > 0:  # the other half of plate 1 rests on the base
+            at_disk[plate - 1] += mass / 2
+    at_disk[-1] += disk.get("tip_mass_kg", 0)
+    return at_disk if at_disk.any() else np.full(len(of_plates), np.nan)

@@ -1,6 +1,7 @@
 """Effects of loads: those that nobody applied, and applied ones of which only a part arrives.
 
-`gravity` pulls at the centres of disks 1..n; `tip_load_friction` does not act on the constant `tip_force`.
+`gravity` pulls at the centres of disks 1..n, and there on a `tip_mass`; `tip_load_friction` does not act on the
+constant `tip_force`.
 """
 
 from collections.abc import Iterator
@@ -18,9 +19,10 @@ are heavier than noted."""
 
 
 def _weigh(draft: Draft, x_m_s2=0.0, y_m_s2=0.0):
-    if draft.mass is None:
+    if np.isnan(draft.mass).all():
         raise ValueError("needs mass_kg in [disk]")
-    draft.disk_force += draft.mass * np.array([x_m_s2, y_m_s2])
+    draft.gravity += [x_m_s2, y_m_s2]
+    draft.disk_force += np.outer(draft.mass, [x_m_s2, y_m_s2])
 
 
 def _weighing(given: Conditions) -> Iterator[Candidate]:
@@ -33,6 +35,10 @@ def _gravity(angle: float) -> Candidate:
 
 def _gravity_anew(given: Conditions, form: Candidate, rng: np.random.Generator) -> Candidate:
     return _gravity(rng.uniform(0, 2 * np.pi))
+
+
+def _hang(draft: Draft, mass_kg):
+    draft.disk_force[-1] += mass_kg * draft.gravity
 
 
 def _push(draft: Draft, x_n=0.0, y_n=0.0):
@@ -99,6 +105,7 @@ LOAD_RECORDS = (
         vector=True,
         reshaped=_tip_force_anew,
     ),
+    Record("tip_mass", _hang, (size("mass_kg"),)),  # never concealed: no nominal design has gravity
     Record("umbilical", _tether, (size("stiffness_n_m_per_rad", FROM_ZERO),), _tethered, rare=True),
     Record(
         "tip_load_friction",
