@@ -219,12 +219,30 @@ class Responses:
         change = self.to([candidate.effect(candidate.probe)])
         return None if change is None else change / candidate.probe
 
-    @cached_property
+    @property
     def of_candidates(self) -> list[Response]:
         """Responses to all groups of candidates of the design that leave it in equilibrium, rare kinds last."""
-        out = []
+        return [response for kind in self.groups for response in self.of_kind(kind)]
+
+    @cached_property
+    def groups(self) -> dict[str, list[list[Candidate]]]:
+        """All groups of candidates of the design by their kind, rare kinds last."""
+        out: dict[str, list[list[Candidate]]] = {}
         for group in [*candidates(self.design), *candidates(self.design, rare=True)]:
-            columns = [column for form in group if (column := self.per_unit(form)) is not None]
-            if len(columns) == len(group):
-                out.append(Response(tuple(group), np.stack(columns, 1)))
+            out.setdefault(group[0].kind, []).append(group)
         return out
+
+    @cached_property
+    def _of_kind(self) -> dict[str, list[Response]]:
+        """What `of_kind` has computed so far."""
+        return {}
+
+    def of_kind(self, kind: str) -> list[Response]:
+        """Responses to the groups of candidates of one kind that leave the design in equilibrium."""
+        if kind not in self._of_kind:
+            out = self._of_kind[kind] = []
+            for group in self.groups.get(kind, []):
+                columns = [column for form in group if (column := self.per_unit(form)) is not None]
+                if len(columns) == len(group):
+                    out.append(Response(tuple(group), np.stack(columns, 1)))
+        return self._of_kind[kind]

@@ -64,8 +64,8 @@ def effect_of_norm(responses: Responses, candidate: Candidate, norm: float, sign
 def candidate_of_kind(responses: Responses, kind: str, rng: np.random.Generator) -> Candidate | None:
     """A candidate of a kind (any that is not rare, if empty) at a random place with a random shape; None if the design
     has none."""
-    common = [response for response in responses.of_candidates if not RECORDS[response.kind].rare]
-    of_kind = [response for response in common if kind in ("", response.kind)]
+    asked = [each for each in responses.groups if not RECORDS[each].rare and kind in ("", each)]
+    of_kind = [response for each in asked for response in responses.of_kind(each)]
     if not of_kind:
         return None
     kind = _any_of(sorted({response.kind for response in of_kind}), rng)

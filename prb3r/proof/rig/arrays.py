@@ -67,6 +67,14 @@ class Bent(NamedTuple):
     after: np.ndarray
 
 
+class RigMemory(NamedTuple):
+    """State from which the next sub-step starts."""
+
+    slip: np.ndarray  # (n, m) slip state of each hole
+    beyond: np.ndarray  # (n, m) cable length beyond it
+    bent: np.ndarray  # hysteresis state of the plates: `Bent.after`
+
+
 class Pulls(NamedTuple):
     """Wrenches of the distal part of the arm on each plate, and span tensions."""
 

@@ -1,27 +1,13 @@
-"""Equilibria of the rig by Newton's iteration, with holes that slip or stick.
-
-Over a sub-step the slip state of a hole uses the cable lengths at its end,
-
-    sigma <- clip(sigma + (length beyond the hole: after - before) / presliding, -1, 1),
-
-which is exact while that length moves one way.  Just after a hole begins to slip any small load may change which holes
-do, a problem without scale that no halving cures: the careful iteration changes one hole at a time (Katzenelson's way
-through piecewise linear equations).
-"""
+"""Loads of the rig, and its balance at the end of a sub-step or at rest."""
 
 from typing import NamedTuple
 
 import numpy as np
 
-from prb3r.proof.rig.arrays import Bent, Forces, Rig, Slips, plates_remember
+from prb3r.proof.rig.arrays import Forces, Rig, RigMemory, plates_remember
 from prb3r.proof.rig.build import BuiltRig
-from prb3r.proof.rig.kernels import imbalance, lengths_beyond
+from prb3r.proof.rig.iteration import iterate
 
-RESIDUAL, ROUNDED = 1e-11, 1e-8
-"""A balance has converged where its gap (bends in rad, positions in plate lengths) is below the first number; or, as
-rounding may forbid that, where the last move is below the first and the gap below the second."""
-ITERATIONS, LARGEST_MOVE = 25, 0.3
-"""Most Newton iterations for a balance; and the largest move of one: bends in rad, positions in plate lengths."""
 SHORTEST_SUBSTEP = 1e-10
 """Shortest sub-step, in parts of a load step: where a shorter one would be needed the path ends, at a limit load."""
 
@@ -50,21 +36,6 @@ class LoadRamp(NamedTuple):
     def at(self, share: float) -> AppliedLoads:
         """Loads at a share (0 to 1) of the ramp."""
         return AppliedLoads(*((1 - share) * a + share * b for a, b in zip(*self, strict=True)))
-
-
-class RigMemory(NamedTuple):
-    """State from which the next sub-step starts: slip state of each hole and cable length beyond it, (n, m) both, and
-    the hysteresis state of the plates (`Bent.after`)."""
-
-    slip: np.ndarray
-    beyond: np.ndarray
-    bent: np.ndarray
-
-    def slip_at(self, rig: Rig, ends: np.ndarray) -> np.ndarray:
-        """Slip states (n, m) at end poses (n, 3), not yet clipped to -1..1; with declared slip, the declared ones."""
-        if not np.isfinite(rig.presliding):
-            return self.slip
-        return self.slip + (lengths_beyond(rig, ends) - self.beyond) / rig.presliding
 
 
 class RigBalance(NamedTuple):
@@ -111,55 +82,15 @@ def find_balance(rig: Rig, forces: Forces, memory: RigMemory, guess: np.ndarray,
     return _iterate(rig, forces, memory, guess, elements, careful=True)
 
 
-@np.errstate(all="ignore")
 def _iterate(
     rig: Rig, forces: Forces, memory: RigMemory, ends: np.ndarray, elements: int, careful: bool
 ) -> RigBalance | None:
-    """The balance by Newton's iteration from `ends`; None if it does not converge.
-
-    If `careful`, each move stops where the first hole begins or ceases to slip.
-    """
-    lengths = rig.arc + 2 * rig.clamp
-    scale = np.stack([lengths, lengths, np.ones_like(lengths)], 1)
-    slip = memory.slip_at(rig, ends)
-    sticking, moved, bent = np.abs(slip) < 1, np.inf, Bent(memory.bent, np.empty_like(memory.bent))
-    for _ in range(ITERATIONS + 2 * slip.size if careful else ITERATIONS):
-        slips = Slips(np.minimum(np.maximum(slip, -1), 1), sticking)
-        gap, tangent, tension = imbalance(rig, forces, slips, bent, ends, elements)
-        error = np.abs(gap / scale).max()
-        if error < RESIDUAL or (error < ROUNDED and moved < RESIDUAL):
-            return RigBalance(ends, RigMemory(slips.state, lengths_beyond(rig, ends), bent.after), tension)
-        if not np.isfinite(error):
-            return None
-        try:
-            move = np.linalg.solve(tangent, -gap.ravel()).reshape(ends.shape)
-        except np.linalg.LinAlgError:
-            return None
-        moved = np.abs(move / scale).max()
-        move = move * min(1, LARGEST_MOVE / moved)
-        after = memory.slip_at(rig, ends + move)
-        if careful:
-            part, hole = _first_change(slip, after, sticking)
-            if part < 1:
-                move = move * max(part, 0)
-                sticking[hole] ^= True
-                after = memory.slip_at(rig, ends + move)
-        else:
-            sticking = np.abs(after) < 1
-        ends, slip = ends + move, after
-    return None
-
-
-def _first_change(slip: np.ndarray, after: np.ndarray, sticking: np.ndarray) -> tuple[float, tuple[int, ...]]:
-    """Part of a move at which the first hole begins or ceases to slip, and the index of that hole.
-
-    `slip` and `after` (n, m) are the unclipped slip states before and after the whole move.  At 1 or more none changes.
-    """
-    side = np.sign(np.where(sticking, after, slip))
-    change = sticking != (side * after < 1)
-    part = np.divide(side - slip, after - slip, out=np.ones_like(slip), where=change & (after != slip))
-    hole = np.unravel_index(np.argmin(part), part.shape)
-    return float(part[hole]), tuple(map(int, hole))
+    """The balance by Newton's iteration from `ends`; None if it does not converge."""
+    try:
+        converged, ends, slip, beyond, bent, tension = iterate(rig, forces, memory, ends, elements, careful)
+    except np.linalg.LinAlgError:
+        return None
+    return RigBalance(ends, RigMemory(slip, beyond, bent), tension) if converged else None
 
 
 def rest(built: BuiltRig, nothing: AppliedLoads, elements: int) -> RigBalance | None:
