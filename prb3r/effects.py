@@ -32,7 +32,7 @@ from prb3r.model.effects.friction import (
     WornHole,
     WrapSaturation,
 )
-from prb3r.model.effects.loads import Gravity, TipForce, TipLoadFriction, TipMass, Umbilical, WeightFriction
+from prb3r.model.effects.loads import BaseTilt, Gravity, TipForce, TipLoadFriction, TipMass, Umbilical, WeightFriction
 from prb3r.model.effects.plates import (
     BaseCompliance,
     CableBending,
@@ -52,6 +52,7 @@ from prb3r.model.effects.sections import FlagHysteresis, SuperelasticPlate
 
 __all__ = [
     "BaseCompliance",
+    "BaseTilt",
     "BreakawayFriction",
     "CableBending",
     "CableFriction",

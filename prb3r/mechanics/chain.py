@@ -68,6 +68,8 @@ class Chain(NamedTuple):
     """Loads of one step that always act, at rest too; its tensions are added to the applied ones."""
     gravity: np.ndarray | float = 0.0
     """(2,) acceleration of which `constant` has the forces on the masses of the manipulator, m/s^2."""
+    tilt: float = 0.0
+    """Angle of the base against the frame of the dead loads, rad, anticlockwise."""
     tip_efficiency: float = 1.0
     """Share of the recorded tip load that acts."""
     disk_efficiency: np.ndarray | float = 1.0
@@ -196,13 +198,21 @@ def acting(chain: Chain, loads: Loads, begins: np.ndarray) -> Loads:
     return Loads(
         tension=_from_rest(arriving(chain, loads, begins)) + constant.tension,
         slip=_from_rest(loads.slip * friction_factor(chain, loads)),
-        force=_from_rest(loads.force * chain.disk_efficiency) + constant.force,
-        tip=_from_rest(loads.tip * chain.tip_efficiency) + constant.tip,
+        force=_seen_from_base(chain, _from_rest(loads.force * chain.disk_efficiency) + constant.force),
+        tip=_seen_from_base(chain, _from_rest(loads.tip * chain.tip_efficiency) + constant.tip),
         moment=_from_rest(loads.moment) + constant.moment,
         elapsed=_from_rest(loads.elapsed),
         rate=_from_rest(loads.rate),
         travel=_from_rest(loads.travel),
     )
+
+
+def _seen_from_base(chain: Chain, force: np.ndarray) -> np.ndarray:
+    """(..., 2) forces in the frame of a base that is tilted, from those in the frame of the dead loads."""
+    if chain.tilt == 0:
+        return force
+    c, s = np.cos(chain.tilt), np.sin(chain.tilt)
+    return force @ np.array([[c, -s], [s, c]])  # rows of the rotation by -tilt, as forces are rows
 
 
 def arriving(chain: Chain, loads: Loads, begins: np.ndarray) -> np.ndarray:

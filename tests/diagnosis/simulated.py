@@ -59,7 +59,9 @@ REVERSING = {
     "mixed": [(0, 0, 0, 50), (0, 80, 0, 50), (0, 70, 0, 90), (0, 30, 0, 80), (0, 40, 0, 30), (0, 90, 0, 40)],
 }
 """Cables that turn back again and again, some by a little, some far."""
-PROGRAMS = {"plain": PROGRAM, "reversing": REVERSING}
+PROGRAMS = {"plain": PROGRAM, "reversing": REVERSING, "hung": PROGRAM}
+HUNG = {"out": 6.0, "down": 0.0, "in": 3.0, "counter": 0.0, "mixed": 6.0}
+"""Weight on the tip of an arm that hangs down, by sequence, N along x."""
 MEASUREMENT = {
     "position_sd_m": 3e-4,
     "angle_sd_rad": 0.005,
@@ -96,6 +98,7 @@ def steps_of(name: str, program: str = "plain") -> list[dict]:
         loads = {f"cable_{n}_n": row[j] for j, n in enumerate(CABLES)} | {
             f"slip_{n}": slip[j] for j, n in enumerate(CABLES)
         }
+        loads |= {"tip_x_n": HUNG[name]} if program == "hung" else {}
         rows.append({"sequence": name, "step": k + 1, **loads})
     return rows
 

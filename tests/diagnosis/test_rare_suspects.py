@@ -29,10 +29,10 @@ def test_times_alone_are_no_reason_to_name_friction_by_rates():
     assert told.log_stiffness == pytest.approx(untold.log_stiffness, abs=1e-4)
 
 
-WIDTH = {"wrap_saturation": 0.8, "load_dependent_friction": 0.41, "friction_drift": 0.5}
+WIDTH = {"wrap_saturation": 0.8, "load_dependent_friction": 0.41, "friction_drift": 0.5, "base_tilt": 0.6}
 """Of intervals, in sizes.  What saturates is told from a smaller coefficient by how turns differ alone; of what goes
 with the load, other forces at which it has the stated coefficients survive, with exponents of their own; what grows is
-the share of a coefficient that is estimated too."""
+the share of a coefficient that is estimated too; 6 N bend the arm little."""
 
 
 @pytest.mark.parametrize(
@@ -53,6 +53,7 @@ the share of a coefficient that is estimated too."""
         (case(0.6, kind="friction_drift", share_per_step=-0.02), {}),
         (case(kind="load_cell", quadratic_per_n=0.002), {}),
         (case(kind="tension_play", play_n=2.5), {}),
+        (replace(case(kind="base_tilt", angle_rad=-0.06), program="hung"), {}),
     ],
     ids=lambda value: dict(value.hidden[0])["kind"] if isinstance(value, Case) else "",
 )

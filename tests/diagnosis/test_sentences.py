@@ -158,6 +158,8 @@ def test_one_direction_makes_sense_where_the_other_does_not_exist(library):
         ),
         ("stiffness_gradient", {}, {"tip_to_base": (0.6, 0.5, 0.7)}, "become softer and softer from the base to the"),
         ("stiffness_gradient", {}, {"tip_to_base": (1.5, 1.4, 1.6)}, "become stiffer and stiffer from the base to the"),
+        ("base_tilt", {}, {"angle_rad": (np.pi / 90, np.pi / 180, np.pi / 60)}, "by 2 (1 to 3) degrees, anticlockwise"),
+        ("base_tilt", {}, {"angle_rad": (-np.pi / 90, -np.pi / 60, -np.pi / 180)}, "by 2 (1 to 3) degrees, clockwise"),
         ("tip_mass", {}, {"mass_kg": (0.03, 0.02, 0.04)}, "heavier than noted, by 30 (20 to 40) g"),
         ("tip_mass", {}, {"mass_kg": (-0.03, -0.04, -0.02)}, "lighter than noted, by 30 (20 to 40) g"),
         ("precurvature_gradient", {}, {"change_per_m": (2, 1.5, 2.5)}, "steadily, by 2 (1.5 to 2.5) 1/m in all"),

@@ -134,6 +134,18 @@ def test_plates_have_masses_of_their_own_and_the_tip_may_carry_more():
         manipulator(sag, {"kind": "tip_mass", "mass_kg": -0.07}, **heavy)
 
 
+def test_on_a_tilted_base_all_dead_loads_act_turned_the_other_way():
+    """A force of 2 N on disk 2, 3 N at the tip and the weight of the disks, on a base tilted by 0.4 rad."""
+    tilt, sag = {"kind": "base_tilt", "angle_rad": 0.4}, {"kind": "gravity", "y_m_s2": -9.8}
+    turned = {"kind": "gravity", "x_m_s2": -9.8 * np.sin(0.4), "y_m_s2": -9.8 * np.cos(0.4)}
+    cos, sin = np.cos(0.4), np.sin(0.4)
+    tilted, level = manipulator(tilt, sag).chain(), manipulator(turned).chain()
+    on_disk = [[0.0, 0.0], [2.0, 0.0], [0.0, 0.0], [0.0, 0.0]]
+    found = solve_chain(tilted, loads(tilted, [[40.0, 0.0]], force=on_disk, tip=(0.0, 3.0)))
+    on_disk[1] = [2 * cos, -2 * sin]
+    assert same(found, solve_chain(level, loads(level, [[40.0, 0.0]], force=on_disk, tip=(3 * sin, 3 * cos))))
+
+
 def test_many_heavy_plates_sag_as_a_beam_under_its_own_weight():
     """w = q L^4 / (8 EI) to first order in the weight; n plates have it at their ends, as the trapezium rule has an
     integral, which makes 1 + 1 / (3 n^2) of that."""

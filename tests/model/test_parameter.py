@@ -52,6 +52,7 @@ EFFECTS = [
     {"kind": "gravity", "x_m_s2": 0.0, "y_m_s2": -9.8},
     {"kind": "tip_force", "x_n": 0.0, "y_n": 0.5},
     {"kind": "tip_mass", "mass_kg": 0.02},
+    {"kind": "base_tilt", "angle_rad": 0.1},
     {"kind": "tip_load_friction", "efficiency": 1.0},
 ]
 NUMBERS = [

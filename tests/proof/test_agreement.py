@@ -114,6 +114,7 @@ def later_effects(rng):
         {"kind": "friction_drift", "share_per_step": u(-0.1, 0.3)},
         {"kind": "precurvature_gradient", "change_per_m": u(-2, 2)},
         {"kind": "tip_mass", "mass_kg": u(0, 0.2)},
+        {"kind": "base_tilt", "angle_rad": u(-0.3, 0.3)},
         {"kind": "gravity", "x_m_s2": u(-5, 5), "y_m_s2": u(-5, 5)},
     ]
 

@@ -30,6 +30,7 @@ NOTHING = [
     effect("camera_drift", x_m_per_step=1e-3),
     effect("stiffness_gradient", tip_to_base=1.0),
     effect("tip_mass", mass_kg=0.2),
+    effect("base_tilt", angle_rad=0.0),
     effect("base_compliance", compliance_rad_per_n_m=0.0),
     effect("plate_softening", share_per_step=0.0),
     effect("umbilical", stiffness_n_m_per_rad=0.0),

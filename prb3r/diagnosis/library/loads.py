@@ -54,6 +54,27 @@ def _tool_sentence(fitted: Occurrence) -> str:
     return f"The tip is heavier than noted, by {grams} g: a gripper, a camera, a hose or a wire hangs there."
 
 
+def _loaded(scope: Scope) -> bool:
+    """Whether dead loads are noted, or the manipulator file has gravity in the plane."""
+    loads = scope.recording.loads
+    return bool(loads.force.any() or loads.tip.any()) or _weighs(scope)
+
+
+def _angle(scope: Scope, place: Place) -> tuple[Free, ...]:
+    """Free parameter of `base_tilt`: half a radian at most; prior sd 0.05, three degrees, as more is seen by eye."""
+    return (Free("angle_rad", 0.0, -0.5, 0.5, sd=0.05),)
+
+
+def _tilt_sentence(fitted: Occurrence) -> str:
+    degrees, way = fitted.size.times(180 / np.pi), "anticlockwise"
+    if degrees.value < 0:
+        degrees, way = degrees.less(0.0), "clockwise"
+    return (
+        f"The base stands tilted by {degrees} degrees, {way}, in the frame in which dead loads are noted: set it by a "
+        "level, or note the loads in its own frame."
+    )
+
+
 def _tube(scope: Scope, place: Place) -> tuple[Free, ...]:
     """Free parameter of `umbilical`, in units of the stiffness in series of one mean node of every plate (4.4 times
     that of the plates in series on the elastica): prior sd 0.3, up to 10; a tube that is not felt is no umbilical."""
@@ -100,6 +121,14 @@ LOAD_SUSPECTS = (
         left_behind("hangs on the tip of this rig"),
         places=lambda scope: whole_rig_if(_weighs(scope)),
         free=_tool,
+    ),
+    Suspect(
+        "base_tilt",
+        _tilt_sentence,
+        OF_THE_SETUP,
+        places=lambda scope: whole_rig_if(_loaded(scope)),
+        free=_angle,
+        presence=rare,
     ),
     Suspect(
         "umbilical",

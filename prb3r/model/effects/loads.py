@@ -9,6 +9,7 @@ from pydantic import Field
 from prb3r.mechanics.chain import Chain, no_loads
 from prb3r.model.effects.base import Effect, Efficiency, Host, Number
 from prb3r.model.files.numbers import NonNegative
+from prb3r.model.files.plausible import TiltAngle
 
 
 class Gravity(Effect):
@@ -56,6 +57,18 @@ class TipMass(Effect):
     def problems(self, manipulator: Host) -> Iterator[str]:
         if -self.mass_kg > (mass := manipulator.disk_masses[-1]):
             yield f"effect {self.kind}: of the {mass:.4g} kg of the last disk {-self.mass_kg:.4g} kg cannot be missing"
+
+
+class BaseTilt(Effect):
+    """The base stands tilted in the plane, anticlockwise by `angle_rad`, in the frame in which dead loads are noted:
+    all of these, gravity among them, act on the arm turned by as much clockwise. What a camera sees of it is a rotation
+    of its frame."""
+
+    kind: Literal["base_tilt"]
+    angle_rad: TiltAngle
+
+    def change(self, chain: Chain, manipulator: Host) -> Chain:
+        return chain._replace(tilt=chain.tilt + self.angle_rad)
 
 
 class Umbilical(Effect):

@@ -72,6 +72,7 @@ DiskThickness = Annotated[NonNegative, AfterValidator(Bounds(0.0, 0.2, "m", _LEN
 TubeSize = Annotated[NonNegative, AfterValidator(Bounds(0.0, 0.2, "m", _LENGTHS))]
 TubeDiameter = Annotated[Positive, AfterValidator(Bounds(0.0, 0.2, "m", _LENGTHS))]
 BendAngle = Annotated[Positive, AfterValidator(Bounds(0.0, 2 * math.pi, "rad", (("degrees", math.pi / 180),)))]
+TiltAngle = Annotated[float, AfterValidator(Bounds(0.0, 2 * math.pi, "rad", (("degrees", math.pi / 180),)))]
 Mass = Annotated[NonNegative, AfterValidator(Bounds(0.0, 20.0, "kg", (("g", 1e-3),)))]
 Acceleration = Annotated[Positive, AfterValidator(Bounds(1e-3, 100.0, "m/s^2", (("cm/s^2", 1e-2), ("mm/s^2", 1e-3))))]
 Modulus = Annotated[Positive, AfterValidator(Bounds(*MODULI, "Pa", _PRESSURES))]

@@ -49,12 +49,20 @@ class RigBalance(NamedTuple):
 
 def forces_of(built: BuiltRig, loads: AppliedLoads, constant: float = 1.0) -> Forces:
     """Forces on the rig under applied loads: drift and offset of tensions added (never below zero), the lost share of
-    tip and disk loads taken off, constant forces added.  `constant` (0 to 1) is the share of the constant effects."""
-    return Forces(
-        np.maximum(loads.tension + loads.elapsed * built.tension_drift + constant * built.tension_offset, 0),
-        built.disk_efficiency * loads.disk + constant * built.disk_force,
-        built.tip_efficiency * loads.tip + constant * built.tip_force,
-    )
+    tip and disk loads taken off, constant forces added, dead loads turned against a tilted base.  `constant` (0 to 1)
+    is the share of the constant effects."""
+    disk = built.disk_efficiency * loads.disk + constant * built.disk_force
+    tip = built.tip_efficiency * loads.tip + constant * built.tip_force
+    if built.tilt:
+        disk, tip = (_turned(force, -built.tilt) for force in (disk, tip))
+    tension = loads.tension + loads.elapsed * built.tension_drift + constant * built.tension_offset
+    return Forces(np.maximum(tension, 0), disk, tip)
+
+
+def _turned(force: np.ndarray, angle: float) -> np.ndarray:
+    """(..., 2) forces turned anticlockwise by an angle, rad."""
+    turned = (force[..., 0] + 1j * force[..., 1]) * np.exp(1j * angle)
+    return np.stack([turned.real, turned.imag], -1)
 
 
 def rig_at(built: BuiltRig, loads: AppliedLoads) -> Rig:

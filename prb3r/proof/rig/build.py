@@ -50,6 +50,8 @@ class BuiltRig:
     """(n, 2) constant forces at the centres of the disks, N."""
     tip_force: np.ndarray
     """(2,) constant force at the centre of the last disk's distal face, N."""
+    tilt: float
+    """Rotation of the base against the frame of all dead loads, rad, anticlockwise."""
     tip_efficiency: float
     """Share of the applied tip load that arrives."""
     disk_efficiency: np.ndarray
@@ -107,6 +109,7 @@ def build_rig(manipulator: Mapping[str, Any]) -> BuiltRig:
         gain_per_n=draft.gain_per_n,
         disk_force=draft.disk_force,
         tip_force=draft.tip_force,
+        tilt=float(draft.tilt),
         tip_efficiency=draft.tip_efficiency,
         disk_efficiency=draft.disk_efficiency,
         scale=draft.scale,

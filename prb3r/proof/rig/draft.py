@@ -126,6 +126,8 @@ class Draft:
     """(m,) relative growth of `gain` per noted tension, 1/N."""
     gravity: np.ndarray = field(init=False)
     """(2,) gravity in the plane, m/s^2."""
+    tilt: float = 0.0
+    """Rotation of the base against the frame of all dead loads, rad, anticlockwise."""
     disk_force: np.ndarray = field(init=False)
     """(n, 2) constant forces at the disks' centres, N."""
     tip_force: np.ndarray = field(init=False)

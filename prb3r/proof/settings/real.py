@@ -56,6 +56,7 @@ TYPICAL: Mapping[str, Typical] = {
     "breakaway_friction": Typical(0.2, 0.8),  # static friction 1.2 to 1.8 times the kinetic one
     "stiffness_gradient": Typical(0.15, 0.7),  # a tip 10 to 40 % softer or stiffer than the base
     "precurvature_gradient": Typical(0.08, 0.4),  # from end to end 10 to 50 % of the largest curvature
+    "base_tilt": Typical(0.1, 0.6),  # one to five degrees
     "superelastic_plate": Typical(1.0, 1.0),  # plateaus as nitinol has them
     "umbilical": Typical(0.05, 0.5),  # 5 to 50 % of the arm's own stiffness from end to end
 }

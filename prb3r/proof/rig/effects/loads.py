@@ -86,6 +86,15 @@ def _tethered(given: Conditions) -> Iterator[Candidate]:
     yield Candidate((), lambda u: {"stiffness_n_m_per_rad": u * given.rigidity / given.length}, 0, 1.0)
 
 
+def _lean(draft: Draft, angle_rad):
+    draft.tilt += angle_rad
+
+
+def _leaning(given: Conditions) -> Iterator[Candidate]:
+    if given.tip_loaded:  # nine degrees: any eye sees that
+        yield Candidate((), lambda u: {"angle_rad": u}, -0.15, 0.15)
+
+
 LOAD_RECORDS = (
     Record(
         "gravity",
@@ -106,6 +115,7 @@ LOAD_RECORDS = (
         reshaped=_tip_force_anew,
     ),
     Record("tip_mass", _hang, (size("mass_kg"),)),  # never concealed: no nominal design has gravity
+    Record("base_tilt", _lean, (size("angle_rad"),), _leaning, rare=True),
     Record("umbilical", _tether, (size("stiffness_n_m_per_rad", FROM_ZERO),), _tethered, rare=True),
     Record(
         "tip_load_friction",
