@@ -40,7 +40,10 @@ def contact_probes(scope: Scope, place: Place) -> tuple[tuple[float, ...], ...]:
 
 def said_of_contact(fitted: Occurrence) -> str:
     degrees, stiffness = fitted.estimates["angle_rad"].times(180 / np.pi), fitted.estimates["stiffness_n_m_per_rad"]
-    return f"Neighbouring disks touch beyond a bend of {degrees} degrees and then add {stiffness} N m/rad."
+    return (
+        f"Beyond a bend of {degrees} degrees neighbouring disks touch, or another stop acts between them, and adds "
+        f"{stiffness} N m/rad."
+    )
 
 
 def closing_places(scope: Scope) -> Iterator[Place]:
