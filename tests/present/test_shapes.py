@@ -164,7 +164,8 @@ def test_a_legend_of_very_many_values_names_some_from_the_first_to_the_last():
 
 
 def test_what_can_be_pointed_at_is_where_the_picture_has_it(tmp_path):
-    """The pixels at the spots of manipulators have the colours of their marks, whatever moved them as it was saved."""
+    """Pixels at the spots of manipulators have the colours of their marks, whatever moved them as it was saved; of the
+    nine at a spot five at least, as matplotlib before 3.11 puts marks a pixel aside."""
     tensions = np.zeros((4, 4))
     tensions[:, 0] = [20, 40, 60, 80]
     states = pd.concat([states_of(tensions[k : k + 1], k) for k in range(4)])
@@ -175,4 +176,4 @@ def test_what_can_be_pointed_at_is_where_the_picture_has_it(tmp_path):
     height, width = pixels.shape[:2]
     for (x, y, *_), look in zip(spots["points"], style.looks(list("abcd")).values(), strict=True):
         around = pixels[int(y * height) - 1 : int(y * height) + 2, int(x * width) - 1 : int(x * width) + 2, :3]
-        assert around.mean((0, 1)) == pytest.approx(matplotlib.colors.to_rgb(look.colour), abs=0.05)
+        assert np.median(around, (0, 1)) == pytest.approx(matplotlib.colors.to_rgb(look.colour), abs=0.05)
