@@ -1,13 +1,18 @@
 """Rigs that show what few do."""
 
+from dataclasses import make_dataclass
+
 import numpy as np
 
+from prb3r.proof.concealed import real
 from prb3r.proof.concealed.candidates import candidates
 from prb3r.proof.concealed.composition import flavours
 from prb3r.proof.concealed.design import Flavour
 from prb3r.proof.concealed.designs import design_of
+from prb3r.proof.concealed.labels import Request
 from prb3r.proof.concealed.real import FLAGS, OF_NITINOL, REAL_CLASSES, rare_among_others
 from prb3r.proof.rig.effects import RECORDS
+from prb3r.proof.settings import SETTINGS
 
 
 def test_one_rare_effect_comes_before_others_that_the_rig_knows_beside_it():
@@ -67,3 +72,15 @@ def test_rigs_of_spring_steel_are_drawn_as_they_were():
     kinds = flavours(40, ["rare"])
     assert [k for k, flavour in enumerate(kinds) if flavour == Flavour.REAL_NITINOL] == [9, 19, 29, 39]
     assert Flavour.REAL_NITINOL not in flavours(200, [cls for cls in REAL_CLASSES if cls != "rare"])
+
+
+def test_another_kind_is_drawn_where_no_rig_with_the_one_that_is_asked_for_holds(monkeypatch):
+    """The third rig of any kind holds; a kind that stands beside others stays asked for."""
+    design, most = design_of(1, 0, Flavour.REAL), SETTINGS.real.tries_of_kind
+    held = make_dataclass("Held", [("blunder", object, None)])()
+    for cls, after in (("imperfect-single", ""), ("rare", "worn_hole")):
+        asked = []
+        monkeypatch.setattr(real, "_planted", lambda rng, request, *_, asked=asked, **__: asked.append(request.kind))
+        monkeypatch.setattr(real, "_held", lambda *of: held if of[-1] == most + 2 else None)
+        assert real.real_label(Request(0, 1, cls, 0, "worn_hole"), design) == held
+        assert asked == ["worn_hole"] * most + [after] * 3

@@ -51,7 +51,8 @@ def real_label(request: Request, design: Design) -> Label:
     """
     rng = np.random.default_rng([request.seed, 3, request.case])
     for attempt in range(2 * SETTINGS.real.tries):
-        planted = _planted(rng, request, design, plateau=attempt < SETTINGS.real.tries)
+        kind = request.kind if request.cls != _SINGLE or attempt < SETTINGS.real.tries_of_kind else ""
+        planted = _planted(rng, replace(request, kind=kind), design, plateau=attempt < SETTINGS.real.tries)
         label = _held(rng, request, design, planted, attempt)
         if label is not None:
             blunder = drawn_blunder(rng, design) if request.cls == _BLUNDER else None

@@ -98,6 +98,10 @@ class RealRigs:
     """Sets of effects that are drawn for one that has an equilibrium at every step; then as many more, where plates of
     nitinol have another rare effect than their plateau, before the case is given up."""
 
+    tries_of_kind: int = 6
+    """Of single effects, so many rigs are tried with the kind that is asked for, then such with any.  A choice: the
+    size of a single effect is given, so that one under which loads or designs have no equilibrium never gets any."""
+
     # Imperfections
     noise: tuple[float, float] = (0.6, 1.8)
     """Factor on the stated reading noise, evenly in its logarithm."""
