@@ -21,7 +21,7 @@ FORMULA = ("=", "+", "-", "@", "\t", "\r")
 MARKED = re.compile(r"'+[=+\-@\t\r]")
 """Text that has been marked with an apostrophe so that no spreadsheet takes it for a formula; it may have begun with
 apostrophes itself."""
-EXACT: dict[str, Any] = {"float_precision": "round_trip"} if pd.__version__ < "3.1" else {}
+TO_THE_LAST_DIGIT: dict[str, Any] = {"float_precision": "round_trip"} if pd.__version__ < "3.1" else {}
 """What pandas before 3.1 needs to read a number as it was written, to the last digit; later ones do, and warn of it."""
 LONGEST_HEADER = 60
 """Characters of a file's first line that a message repeats."""
@@ -92,7 +92,7 @@ def _parsed(text: str, names: Sequence[str]) -> pd.DataFrame:
             keep_default_na=False,
             na_values={k: EMPTY for k in range(len(names)) if k not in texts},
             low_memory=False,
-            **EXACT,
+            **TO_THE_LAST_DIGIT,
         )
     for k in frame.select_dtypes(["object", "string"]):
         number, distinct = pd.factorize(frame[k])  # -1 for an empty cell; few names stand in many rows
