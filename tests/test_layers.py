@@ -13,7 +13,7 @@ ROOT = Path(prb3r.__file__).parent
 ORDER = {
     "": "errors markdown quantities mechanics model effects inverse runs study recording diagnosis proof present front "
     "bench progress check schema cli",
-    "mechanics": "lanes kernel bundle angle plate plate_law chain load_row records accepted bending state cable "
+    "mechanics": "lanes kernel bundle angle plate plate_law chain acting load_row records accepted bending state cable "
     "balance variation stability march newton tangent complementarity stick_slip turning attempt ramp history_path "
     "path_output side_by_side same_way path equilibrium strain limit derivatives",
     "mechanics.lanes": "number table",

@@ -6,10 +6,11 @@ from enum import IntEnum
 import numpy as np
 
 from prb3r.mechanics.accepted import AcceptedStates, room_for_states
+from prb3r.mechanics.acting import acting, dead_loads
 from prb3r.mechanics.attempt import JUMPED, Way
 from prb3r.mechanics.block_eigenvalue import has_closed_form, lowest_of_blocks
 from prb3r.mechanics.budget import GAVE_UP, Allowance
-from prb3r.mechanics.chain import Chain, Loads, acting, dead_loads, no_loads
+from prb3r.mechanics.chain import Chain, Loads, no_loads
 from prb3r.mechanics.eigenvalue import lowest_under_load
 from prb3r.mechanics.load_row import rows_of_loads
 from prb3r.mechanics.march import FAILED

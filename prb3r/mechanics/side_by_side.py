@@ -9,10 +9,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from prb3r.mechanics.acting import dead_loads
 from prb3r.mechanics.balance import linearise_plate, unbalance_plate
 from prb3r.mechanics.block_eigenvalue import has_closed_form, lowest_of_block
 from prb3r.mechanics.bundle import bundle
-from prb3r.mechanics.chain import Chain, Loads, dead_loads
+from prb3r.mechanics.chain import Chain, Loads
 from prb3r.mechanics.kernel import entrance, kernel
 from prb3r.mechanics.lanes.number import LANES, every, where
 from prb3r.mechanics.lanes.table import in_lanes_of, lane_table, record_type, room_in_lanes

@@ -10,7 +10,8 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from prb3r.diagnosis.fit.prediction import Predictor, Solution
-from prb3r.mechanics.chain import Chain, Loads, arriving, no_loads
+from prb3r.mechanics.acting import arriving
+from prb3r.mechanics.chain import Chain, Loads, no_loads
 from prb3r.mechanics.derivatives.sensitivity import Direction, Sensitivities, derivatives
 from prb3r.model.laws.derivatives import sensitivities_under_law
 from prb3r.model.steps import with_tensions

@@ -15,7 +15,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from prb3r.mechanics.chain import Chain, Loads, acting
+from prb3r.mechanics.acting import acting
+from prb3r.mechanics.chain import Chain, Loads
 from prb3r.mechanics.derivatives.differentiate import DerivativeSpace, Memory, differentiate
 from prb3r.mechanics.derivatives.feedback import sweep_room
 from prb3r.mechanics.derivatives.loops import sliders_at_zero

@@ -51,9 +51,13 @@ class StiffnessGradient(Effect):
     ]
 
     def change(self, chain: Chain, manipulator: Host) -> Chain:
-        along = np.arange(chain.plates) - (chain.plates - 1) / 2
-        factor = self.tip_to_base ** (along / max(chain.plates - 1, 1))
+        factor = self.tip_to_base ** _along_arm(chain.plates)
         return chain._replace(stiffness=chain.stiffness * factor[:, None])
+
+
+def _along_arm(plates: int) -> np.ndarray:
+    """(plates,) place of each plate along the arm, from -1/2 for plate 1 to 1/2 for the last; 0 for a single one."""
+    return (np.arange(plates) - (plates - 1) / 2) / max(plates - 1, 1)
 
 
 class NonlinearPlate(Effect):
@@ -168,10 +172,8 @@ class PrecurvatureGradient(Effect):
     ]
 
     def change(self, chain: Chain, manipulator: Host) -> Chain:
-        along = np.linspace(-0.5, 0.5, chain.plates) if chain.plates > 1 else np.zeros(1)
-        return chain._replace(
-            rest=chain.rest + self.change_per_m * (along * chain.arc)[:, None] / chain.plate.stiffness
-        )
+        curvature = self.change_per_m * _along_arm(chain.plates)
+        return chain._replace(rest=chain.rest + (curvature * chain.arc)[:, None] / chain.plate.stiffness)
 
 
 class DiskContact(Effect):

@@ -21,7 +21,9 @@ FORMULA = ("=", "+", "-", "@", "\t", "\r")
 MARKED = re.compile(r"'+[=+\-@\t\r]")
 """Text that has been marked with an apostrophe so that no spreadsheet takes it for a formula; it may have begun with
 apostrophes itself."""
-TO_THE_LAST_DIGIT: dict[str, Any] = {"float_precision": "round_trip"} if pd.__version__ < "3.1" else {}
+PANDAS = tuple(map(int, pd.__version__.split(".")[:2]))
+"""Version of pandas that is installed."""
+TO_THE_LAST_DIGIT: dict[str, Any] = {"float_precision": "round_trip"} if PANDAS < (3, 1) else {}
 """What pandas before 3.1 needs to read a number as it was written, to the last digit; later ones do, and warn of it."""
 LONGEST_HEADER = 60
 """Characters of a file's first line that a message repeats."""

@@ -38,8 +38,13 @@ def _stiffened(given: Conditions) -> Iterator[Candidate]:
             yield Candidate((("segment", number),), _factor, -1.0, 1.0)  # e = 1.4^3: a thickness wrong by 40 %
 
 
+def _steadily(draft: Draft) -> np.ndarray:
+    """(n,) from -1/2 at plate 1 to 1/2 at the last one; a single plate has no other to differ from."""
+    return np.linspace(-0.5, 0.5, len(draft.rest)) if len(draft.rest) > 1 else np.zeros(1)
+
+
 def _taper(draft: Draft, tip_to_base):
-    draft.rigidity *= np.exp(np.log(tip_to_base) * np.linspace(-0.5, 0.5, len(draft.rigidity)))
+    draft.rigidity *= np.exp(np.log(tip_to_base) * _steadily(draft))
 
 
 def _tapered(given: Conditions) -> Iterator[Candidate]:
@@ -65,9 +70,7 @@ def _curved(given: Conditions) -> Iterator[Candidate]:
 
 
 def _bow(draft: Draft, change_per_m):
-    plates = len(draft.rest)
-    for plate in range(plates):
-        draft.rest[plate] += change_per_m * (plate / max(plates - 1, 1) - (0.5 if plates > 1 else 0.0))
+    draft.rest += change_per_m * _steadily(draft)
 
 
 def _bowed(given: Conditions) -> Iterator[Candidate]:
