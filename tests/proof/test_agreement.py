@@ -127,6 +127,8 @@ def test_engine_and_rig_agree_on_later_effects_together(history, most):
     for _ in range(6):
         data = random_manipulator(rng, 0, history)
         data["effect"] = [each for each in later_effects(rng) if not history or each["kind"] not in declared]
+        data["segment"] = [segment | {"plate_mass_kg": rng.uniform(0, 0.05)} for segment in data["segment"]]
+        data["disk"] = data["disk"] | {"tip_mass_kg": rng.uniform(0, 0.1)}
         away += disagreement(data, random_steps(rng, data, history))
     assert len(away) > 6
     assert max(away) < most
