@@ -5,7 +5,7 @@ Parts live in `<study>/.parts/`, one level below every glob over a study's resul
 
 import contextlib
 import shutil
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -128,22 +128,20 @@ class Parts:
             raise lost_on_the_way(self.home)
         self.parts.append(part)
 
-    def adopt(self, lacking: Mapping[str, Collection[bytes]]) -> None:
+    def adopt(self, lacking: Mapping[str, np.ndarray]) -> None:
         """Copy those parts of other studies in the same folder of results that hold a lacking item of a case.
 
         Parameters
         ----------
-        lacking : for each item, the keys of the cases that lack it.
+        lacking : for each item, the keys (n,) of the cases that lack it.
         """
         self.ready()
         for home in sorted(self.home.parent.parent.glob(f"*/{FOLDER}")):
-            for part in stored_parts(home) if home != self.home else ():
-                held = set(part.cases[KEY].to_pylist())
-                if any(not held.isdisjoint(keys) for item, keys in lacking.items() if part.has(item)):
-                    for path in (path for path in part.files if path.exists()):  # files of states may be gone
-                        with replaced(self.home / path.name) as copy:
-                            shutil.copyfile(path, copy)
-                    self.parts.append(Part(self.home / part.path.name, part.cases))
+            for part in _holders(lacking, list(stored_parts(home))) if home != self.home else ():
+                for path in (path for path in part.files if path.exists()):  # files of states may be gone
+                    with replaced(self.home / path.name) as copy:
+                        shutil.copyfile(path, copy)
+                self.parts.append(Part(self.home / part.path.name, part.cases))
 
     def discard(self) -> None:
         """Remove the folder of the parts with all its files, and forget the parts."""
@@ -164,6 +162,17 @@ class Parts:
             path.unlink(missing_ok=True)
         drop_pending(self.home)
         clear_left_over(self.home)
+
+
+def _holders(lacking: Mapping[str, np.ndarray], parts: Sequence[Part]) -> list[Part]:
+    """Those of the parts that hold an item of a case that lacks it; `lacking` as in `Parts.adopt`."""
+    found: set[int] = set()
+    for item, keys in lacking.items():
+        holders = [number for number, part in enumerate(parts) if part.has(item)]
+        rows = _rows(keys, [parts[number] for number in holders])
+        ends = np.cumsum([len(parts[number].cases) for number in holders])
+        found.update(holders[k] for k in np.unique(np.searchsorted(ends, rows[rows >= 0], side="right")).tolist())
+    return [parts[number] for number in sorted(found)]
 
 
 def _rows(keys: np.ndarray, parts: Sequence[Part]) -> np.ndarray:

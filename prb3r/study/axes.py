@@ -1,7 +1,8 @@
 """The axes of a study's grid: one for each factor alone, each zip group, all searched and all sampled factors."""
 
+import contextlib
 import itertools
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -51,7 +52,7 @@ def axes(study: Study, designs: np.ndarray | None = None) -> list[Axis]:
             )
         group[factor.name] = values
     for (how, name), group in grouped.items():
-        if (twice := _first_repeated(zip(*group.values(), strict=True))) is not None:
+        if (twice := _first_repeated(list(zip(*group.values(), strict=True)))) is not None:
             told = ", ".join(value.label if isinstance(value, Level) else str(value) for value in twice)
             alone = f"factor {name!r}: the value {told} stands"
             what = alone if how == "alone" else f"factors zipped as {name!r}: the values {told} stand"
@@ -64,8 +65,11 @@ def axes(study: Study, designs: np.ndarray | None = None) -> list[Axis]:
     return [Axis(values) for values in grouped.values()]
 
 
-def _first_repeated(rows: Iterable[tuple[Any, ...]]) -> tuple[Any, ...] | None:
+def _first_repeated(rows: Sequence[tuple[Any, ...]]) -> tuple[Any, ...] | None:
     """The first of the rows that stood there before; None if each stands there once."""
+    with contextlib.suppress(TypeError):  # levels have no hash; numbers have, which is cheap where there are many
+        if len(set(rows)) == len(rows):
+            return None
     seen: set[str] = set()
     for row in rows:
         if repr(row) in seen:

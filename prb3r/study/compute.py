@@ -44,7 +44,7 @@ def adopt(plan: Plan, parts: Parts) -> None:
     missing = plan.missing(parts)
     lacking = zip(plan.items, missing.T, strict=True)
     if missing.any():
-        parts.adopt({item: set(plan.keys[lacks].tolist()) for item, lacks in lacking})
+        parts.adopt({item: plan.keys[lacks] for item, lacks in lacking})
 
 
 def compute(plan: Plan, parts: Parts, workers: Workers, progress: Progress) -> int:
