@@ -71,12 +71,20 @@ def _is_toml(path: Path) -> bool:
 
 
 def _check_manipulator(path: Path) -> str:
-    """What a manipulator is made of, in one line; raises SpecError for problems."""
+    """What a manipulator is made of, in one line, and a remark on each effect that changes nothing; raises SpecError
+    for problems."""
     manipulator = load_manipulator(path)
-    return (
+    line = (
         f"manipulator, {count(len(manipulator.segment), 'segment')}, {count(manipulator.plates, 'plate')}, "
         f"{count(len(manipulator.cable), 'cable')}, {manipulator.chain().length:.4g} m long"
     )
+    return "\n  ".join([line, *_idle_effects(manipulator)])
+
+
+def _idle_effects(manipulator: Manipulator) -> list[str]:
+    """A remark on each effect that changes nothing."""
+    idle = ((effect.kind, effect.idle(manipulator)) for effect in manipulator.effect)
+    return [f"effect {kind} changes nothing: {why}" for kind, why in idle if why]
 
 
 def _check_wishes(path: Path) -> str:
@@ -119,7 +127,7 @@ def _check_recording(path: Path) -> str:
         f"of disks {ranges(readings.disk)} of {recording.manipulator.plates}; {', '.join(exact)}, "
         f"tensions within {100 * measured.tension_sd_relative:.2g} % (standard deviations)"
     )
-    return "\n  ".join([line, *recording.remarks, *implausible(recording)])
+    return "\n  ".join([line, *recording.remarks, *_idle_effects(recording.manipulator), *implausible(recording)])
 
 
 def _check_table(path: Path, manipulator: Manipulator | None) -> str:

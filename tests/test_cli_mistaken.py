@@ -1,5 +1,6 @@
 """What a new user gets wrong: a file in the place of another, capitals, spaces in names; and counts."""
 
+import re
 import shutil
 
 import pandas as pd
@@ -91,6 +92,11 @@ def test_an_empty_argument_is_no_name_of_this_folder(folder, words):
             "effect.1.tube_outer_m: 1.2 m is not what rigs are made with (up to 0.2 m); lengths are given in metres: "
             "1.2 mm is 0.0012",
         ),
+        (
+            'kind = "hole_offset"\ncable = "1"\noffset_m = 0.5',
+            "effect.1.offset_m: 0.5 m is not what rigs are made with",
+        ),
+        ('kind = "hole_clearance"\nclearance_m = 0.3', "0.3 mm is 0.0003"),
     ],
 )
 def test_effects_in_other_units_are_refused(folder, effect, said):
@@ -99,6 +105,27 @@ def test_effects_in_other_units_are_refused(folder, effect, said):
     done = prb3r("check", manipulator)
     assert done.returncode == 2
     assert said in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("effects", "masses", "said"),
+    [
+        (['kind = "gravity"\ny_m_s2 = -9.81'], 0, "effect gravity changes nothing: nothing has a mass (disk.mass_kg"),
+        (['kind = "gravity"'], 0.05, "effect gravity changes nothing: x_m_s2 and y_m_s2 are 0"),
+        (['kind = "tip_mass"\nmass_kg = 0.1'], 0.05, "effect tip_mass changes nothing: there is no effect gravity"),
+        (['kind = "tip_mass"\nmass_kg = 0.1', 'kind = "gravity"\ny_m_s2 = -9.81'], 0, ""),
+        (['kind = "gravity"\ny_m_s2 = -9.81'], 0.05, ""),
+    ],
+)
+def test_effects_that_change_nothing_are_told(folder, effects, masses, said):
+    manipulator = folder / "manipulator.toml"
+    text = re.sub(r"(?m)^mass_kg = .*$", "", manipulator.read_text())
+    text = text.replace("[disk]", f"[disk]\nmass_kg = {masses}", 1)
+    manipulator.write_text("\n".join([text, *(f"[[effect]]\n{effect}" for effect in effects), ""]))
+    done = prb3r("check", manipulator)
+    assert done.returncode == 0, done.stderr
+    assert said in done.stdout
+    assert bool(said) == ("changes nothing" in done.stdout)
 
 
 def test_a_study_with_a_stray_key_of_another_file_is_still_a_study(folder):

@@ -127,6 +127,10 @@ class Effect(BaseModel, ABC):
             if disk >= manipulator.plates:
                 yield f"effect {self.kind}: cables rub at disks 0 to {manipulator.plates - 1}, not at {disk}"
 
+    def idle(self, manipulator: Host) -> str:
+        """Why the effect changes nothing with this manipulator, as a clause; empty where it may change something."""
+        return ""
+
     def _named(self, part: str) -> list[Any]:
         """Values of the fields named `part` and its plural: names or numbers of parts; empty where neither is given."""
         single, several = getattr(self, part, None), getattr(self, f"{part}s", None)

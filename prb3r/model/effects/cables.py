@@ -7,6 +7,7 @@ import numpy as np
 from prb3r.mechanics.chain import Chain, no_loads
 from prb3r.model.effects.base import Effect, Host, columns
 from prb3r.model.files.numbers import NonNegative, Positive
+from prb3r.model.files.plausible import Clearance, HoleShift
 
 
 def _added(known: np.ndarray | float, by: float, cables: list[str] | None, manipulator: Host) -> np.ndarray:
@@ -90,7 +91,7 @@ class HoleOffset(Effect):
 
     kind: Literal["hole_offset"]
     cable: str
-    offset_m: float
+    offset_m: HoleShift
 
     def change(self, chain: Chain, manipulator: Host) -> Chain:
         offset = chain.offset.copy()
@@ -103,7 +104,7 @@ class HoleClearance(Effect):
     times tanh(bend / 0.005 rad) of that plate."""
 
     kind: Literal["hole_clearance"]
-    clearance_m: NonNegative
+    clearance_m: Clearance
 
     def change(self, chain: Chain, manipulator: Host) -> Chain:
         return chain._replace(clearance=chain.clearance + self.clearance_m)

@@ -25,6 +25,12 @@ class Gravity(Effect):
         force = constant.force + manipulator.disk_masses[:, None] * gravity
         return chain._replace(constant=constant._replace(force=force), gravity=chain.gravity + gravity)
 
+    def idle(self, manipulator: Host) -> str:
+        if self.x_m_s2 == self.y_m_s2 == 0:
+            return "x_m_s2 and y_m_s2 are 0"
+        masses = manipulator.disk_masses.any() or any(isinstance(effect, TipMass) for effect in manipulator.effect)
+        return "" if masses else "nothing has a mass (disk.mass_kg, disk.tip_mass_kg, segment.1.plate_mass_kg)"
+
 
 class TipForce(Effect):
     """An unrecorded constant force where tip loads act."""
@@ -53,6 +59,10 @@ class TipMass(Effect):
         force = constant.force.copy()
         force[..., -1, :] += self.mass_kg * chain.gravity
         return chain._replace(constant=constant._replace(force=force))
+
+    def idle(self, manipulator: Host) -> str:
+        weighs = any(isinstance(effect, Gravity) for effect in manipulator.effect)
+        return "" if weighs else "there is no effect gravity beside it"
 
     def problems(self, manipulator: Host) -> Iterator[str]:
         if -self.mass_kg > (mass := manipulator.disk_masses[-1]):
