@@ -128,20 +128,24 @@ class Parts:
             raise lost_on_the_way(self.home)
         self.parts.append(part)
 
-    def adopt(self, lacking: Mapping[str, np.ndarray]) -> None:
+    def adopt(self, lacking: Mapping[str, np.ndarray]) -> bool:
         """Copy those parts of other studies in the same folder of results that hold a lacking item of a case.
+
+        Returns whether there are any.
 
         Parameters
         ----------
         lacking : for each item, the keys (n,) of the cases that lack it.
         """
         self.ready()
+        before = len(self.parts)
         for home in sorted(self.home.parent.parent.glob(f"*/{FOLDER}")):
             for part in _holders(lacking, list(stored_parts(home))) if home != self.home else ():
                 for path in (path for path in part.files if path.exists()):  # files of states may be gone
                     with replaced(self.home / path.name) as copy:
                         shutil.copyfile(path, copy)
                 self.parts.append(Part(self.home / part.path.name, part.cases))
+        return len(self.parts) > before
 
     def discard(self) -> None:
         """Remove the folder of the parts with all its files, and forget the parts."""

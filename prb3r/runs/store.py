@@ -20,6 +20,9 @@ from prb3r.runs.files import replaced
 ROW_GROUP = 65_536
 """Rows of a row group in final tables, however the rows were computed."""
 
+COMPRESSION_LEVEL = -1
+"""Of zstd: tables of states take 0.85 of the time of the usual level 1, and 1.01 of the bytes."""
+
 ENCODINGS = {pa.float64(): "BYTE_STREAM_SPLIT", pa.int64(): "DELTA_BINARY_PACKED"}
 """Encodings of Parquet for numbers of tables: exponents of neighbouring floats are alike, and so are steps between
 neighbouring integers.  A table of states takes 0.82 of the bytes of plain numbers, and 0.65 of the time to write."""
@@ -133,6 +136,7 @@ def whole_table(path: Path, schema: pa.Schema) -> Iterator[pq.ParquetWriter]:
             temporary,
             schema,
             compression="zstd",
+            compression_level=COMPRESSION_LEVEL,
             use_dictionary=text,
             column_encoding=encodings,
             write_page_checksum=True,

@@ -34,23 +34,27 @@ def obtain_results(plan: Plan, parts: Parts, workers: Workers, progress: Progres
     ----------
     fresh : take nothing from other studies.
     """
-    if not fresh:
-        adopt(plan, parts)
-    return compute(plan, parts, workers, progress)
-
-
-def adopt(plan: Plan, parts: Parts) -> None:
-    """Copy parts of other studies in the same folder of results that hold items which cases of the plan lack."""
     missing = plan.missing(parts)
+    if not fresh and adopt(plan, parts, missing):
+        missing = plan.missing(parts)
+    return compute(plan, parts, missing, workers, progress)
+
+
+def adopt(plan: Plan, parts: Parts, missing: np.ndarray) -> bool:
+    """Copy parts of other studies in the same folder of results that hold items which cases of the plan lack.
+
+    Returns whether there are any; `missing` is that of `Plan.missing`.
+    """
     lacking = zip(plan.items, missing.T, strict=True)
-    if missing.any():
-        parts.adopt({item: plan.keys[lacks] for item, lacks in lacking})
+    return bool(missing.any()) and parts.adopt({item: plan.keys[lacks] for item, lacks in lacking})
 
 
-def compute(plan: Plan, parts: Parts, workers: Workers, progress: Progress) -> int:
-    """Compute the items that no part holds and add them as parts; returns the number of cases that lacked any."""
+def compute(plan: Plan, parts: Parts, missing: np.ndarray, workers: Workers, progress: Progress) -> int:
+    """Compute the `missing` items (as of `Plan.missing`), which no part holds, and add them as parts.
+
+    Returns the number of cases that lacked any.
+    """
     parts.ready()
-    missing = plan.missing(parts)
     asked = missing & plan.first_of_its_key[:, None]
     waiting = asked.any(1)
     tasks = [task for chunk in plan.chunks(asked) for task in tasks_of(chunk)]
