@@ -103,12 +103,7 @@ class Parts:
 
     def places(self, items: Sequence[str], keys: np.ndarray) -> list[Kept]:
         """Where each item of the cases with these `keys` (n,) is stored; where several parts hold it, in the last."""
-        rows: dict[tuple[int, ...], np.ndarray] = {}
-        holders = [tuple(k for k, part in enumerate(self.parts) if part.has(item))[::-1] for item in items]
-        for numbers in holders:
-            if numbers not in rows:
-                rows[numbers] = _rows(keys, [self.parts[number] for number in numbers])
-        return [Kept(tuple(self.parts[number] for number in numbers), rows[numbers]) for numbers in holders]
+        return _places(self.parts[::-1], items, keys)
 
     def add(self, keys: np.ndarray, cases: Columns, items: Mapping[str, str], states: States | None) -> None:
         """Store some cases as a new part; takes and raises what :func:`write_part` does."""
@@ -128,19 +123,20 @@ class Parts:
             raise lost_on_the_way(self.home)
         self.parts.append(part)
 
-    def adopt(self, lacking: Mapping[str, np.ndarray]) -> bool:
-        """Copy those parts of other studies in the same folder of results that hold a lacking item of a case.
+    def adopt(self, items: Sequence[str], keys: np.ndarray, missing: np.ndarray) -> bool:
+        """Copy those parts of other studies in the same folder of results that hold a missing item of a case.
 
         Returns whether there are any.
 
         Parameters
         ----------
-        lacking : for each item, the keys (n,) of the cases that lack it.
+        keys : (n,) keys of the cases.
+        missing : (n, items) which items the cases lack.
         """
         self.ready()
         before = len(self.parts)
         for home in sorted(self.home.parent.parent.glob(f"*/{FOLDER}")):
-            for part in _holders(lacking, list(stored_parts(home))) if home != self.home else ():
+            for part in _holders(list(stored_parts(home)), items, keys, missing) if home != self.home else ():
                 for path in (path for path in part.files if path.exists()):  # files of states may be gone
                     with replaced(self.home / path.name) as copy:
                         shutil.copyfile(path, copy)
@@ -168,15 +164,24 @@ class Parts:
         clear_left_over(self.home)
 
 
-def _holders(lacking: Mapping[str, np.ndarray], parts: Sequence[Part]) -> list[Part]:
-    """Those of the parts that hold an item of a case that lacks it; `lacking` as in `Parts.adopt`."""
-    found: set[int] = set()
-    for item, keys in lacking.items():
-        holders = [number for number, part in enumerate(parts) if part.has(item)]
-        rows = _rows(keys, [parts[number] for number in holders])
-        ends = np.cumsum([len(parts[number].cases) for number in holders])
-        found.update(holders[k] for k in np.unique(np.searchsorted(ends, rows[rows >= 0], side="right")).tolist())
-    return [parts[number] for number in sorted(found)]
+def _places(parts: Sequence[Part], items: Sequence[str], keys: np.ndarray) -> list[Kept]:
+    """Where each item of the cases with these `keys` (n,) is stored; where several parts hold it, in the first."""
+    rows: dict[tuple[int, ...], np.ndarray] = {}
+    holders = [tuple(number for number, part in enumerate(parts) if part.has(item)) for item in items]
+    for numbers in holders:
+        if numbers not in rows:
+            rows[numbers] = _rows(keys, [parts[number] for number in numbers])
+    return [Kept(tuple(parts[number] for number in numbers), rows[numbers]) for numbers in holders]
+
+
+def _holders(parts: Sequence[Part], items: Sequence[str], keys: np.ndarray, missing: np.ndarray) -> list[Part]:
+    """Those of the parts that hold a missing item of a case, each once; arguments as of `Parts.adopt`."""
+    found: dict[Part, None] = {}
+    for place, lacks in zip(_places(parts, items, keys), missing.T, strict=True):
+        ends = np.cumsum([len(part.cases) for part in place.parts])
+        numbers = np.unique(np.searchsorted(ends, place.row[lacks & place.known], side="right"))
+        found |= dict.fromkeys(place.parts[number] for number in numbers.tolist())
+    return list(found)
 
 
 def _rows(keys: np.ndarray, parts: Sequence[Part]) -> np.ndarray:

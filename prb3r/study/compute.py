@@ -45,8 +45,7 @@ def adopt(plan: Plan, parts: Parts, missing: np.ndarray) -> bool:
 
     Returns whether there are any; `missing` is that of `Plan.missing`.
     """
-    lacking = zip(plan.items, missing.T, strict=True)
-    return bool(missing.any()) and parts.adopt({item: plan.keys[lacks] for item, lacks in lacking})
+    return bool(missing.any()) and parts.adopt(plan.items, plan.keys, missing)
 
 
 def compute(plan: Plan, parts: Parts, missing: np.ndarray, workers: Workers, progress: Progress) -> int:
