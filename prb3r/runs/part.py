@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 import pyarrow as pa
+import pyarrow.compute as pc
 
 from prb3r.runs.sealed import read_sealed, write_sealed
 from prb3r.runs.states import Columns, StateFiles, States, write_block
@@ -116,3 +117,9 @@ def arrow_keys(keys: np.ndarray) -> pa.Array:
     """Keys (n,) of cases as an Arrow array of their bytes."""
     content = [None, pa.py_buffer(np.ascontiguousarray(keys, KEY_TYPE))]
     return pa.FixedSizeBinaryArray.from_buffers(pa.binary(KEY_TYPE.itemsize), len(keys), content)
+
+
+def first_of_each(keys: np.ndarray) -> np.ndarray:
+    """(n,) whether each of the `keys` (n,) of cases stands there for the first time."""
+    known = arrow_keys(keys)
+    return pc.index_in(known, value_set=known).to_numpy() == np.arange(len(keys))

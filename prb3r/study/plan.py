@@ -7,13 +7,12 @@ from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
-import pyarrow.compute as pc
 
 from prb3r.errors import Problem, SpecError
 from prb3r.model.files.toml import place_of
 from prb3r.model.manipulator import load_manipulator
 from prb3r.quantities import Quantity
-from prb3r.runs.part import KEY_TYPE, arrow_keys
+from prb3r.runs.part import KEY_TYPE, first_of_each
 from prb3r.runs.parts import Kept, Parts
 from prb3r.runs.provenance import fingerprint
 from prb3r.runs.store import bytes_hash, content_hash
@@ -125,8 +124,7 @@ class Plan:
     @cached_property
     def first_of_its_key(self) -> np.ndarray:
         """(cases,) whether a case is the first one with its key.  Cases of equal settings are computed once for all."""
-        keys = arrow_keys(self.keys)
-        return pc.index_in(keys, value_set=keys).to_numpy() == np.arange(len(keys))
+        return first_of_each(self.keys)
 
     def missing(self, parts: Parts) -> np.ndarray:
         """(cases, items) whether no part holds an item of a case."""
