@@ -128,6 +128,14 @@ def test_effects_that_change_nothing_are_told(folder, effects, masses, said):
     assert bool(said) == ("changes nothing" in done.stdout)
 
 
+def test_an_effect_of_a_recordings_manipulator_that_changes_nothing_is_told(folder):
+    manipulator = folder / "recording/manipulator.toml"
+    manipulator.write_text(f'{manipulator.read_text()}\n[[effect]]\nkind = "tip_mass"\nmass_kg = 0.1\n')
+    done = prb3r("check", folder / "recording")
+    assert done.returncode == 0, done.stderr
+    assert "\n  effect tip_mass changes nothing: there is no effect gravity beside it\n" in done.stdout
+
+
 def test_a_study_with_a_stray_key_of_another_file_is_still_a_study(folder):
     study = folder / "study.toml"
     study.write_text("disk = 3\n" + study.read_text())

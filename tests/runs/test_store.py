@@ -172,6 +172,19 @@ def test_of_several_parts_that_hold_an_item_the_last_counts(tmp_path):
     assert placed(kept, "metric", cases(3, 5)[0]).known.tolist() == [True, False]
 
 
+def test_of_another_studys_parts_those_alone_are_copied_that_hold_what_a_case_lacks(tmp_path):
+    other, mine = Parts(tmp_path / "other"), Parts(tmp_path / "mine")
+    for numbers, item in (((1, 2), "metric"), ((3, 4), "metric"), ((3, 5), "another"), ((4, 6), "metric")):
+        keys, columns, _ = cases(*numbers)
+        other.add(keys, columns, dict.fromkeys(columns, item), None)
+    keys, lacks = cases(1, 3, 5)[0], np.array([[False, True], [True, False], [True, False]])  # metric, another
+    assert mine.adopt(["metric", "another"], keys, lacks)
+    assert [part.path.name for part in mine.parts] == [other.parts[1].path.name]
+    assert placed(mine, "metric", keys).known.tolist() == [False, True, False]
+    assert not placed(mine, "another", keys).known.any()
+    assert not Parts(tmp_path / "third").adopt(["metric", "another"], cases(7)[0], np.ones((1, 2), bool))
+
+
 def test_states_may_be_written_in_blocks_of_which_one_that_is_damaged_or_missing_spoils_all(tmp_path):
     kept = Parts(tmp_path)
     keys, columns, _ = cases(1, 2)
