@@ -109,7 +109,7 @@ def test_a_fit_ends_where_an_independent_minimiser_ends():
     weak = next(each for each in library if each.name == "weakened_plate (plate 4)")
     model = Model(predict, nominal_noise(predict), (weak,))
     start = np.array([0.3, 0.5, 0, 0, 0, 0.4])
-    found = fit(model, start)
+    found = fit(model, start, enough=model.settings.small_gain)
     other = least_squares(
         lambda p: model.residuals(p, model.solve(p)), start, x_scale=[0.1, 0.1, 1e-2, 1e-2, 1e-2, 0.1]
     )

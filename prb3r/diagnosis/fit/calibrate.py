@@ -36,7 +36,7 @@ def fit_constants(predict: Predictor, noise: Noise | None = None, settings: Sett
     for factor in model.settings.start_factors:
         start = np.zeros(model.count)
         start[0] = np.log(factor)
-        fitted = fit(model, start)
+        fitted = fit(model, start, enough=model.settings.small_gain)
         if fitted is not None and np.isfinite(fitted.solved.readings).any():
             fits.append(fitted)
             if fitted.balanced:

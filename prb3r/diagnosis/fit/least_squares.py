@@ -71,6 +71,7 @@ def fit(
     fixed: Sequence[int] = (),
     useful: float = np.inf,
     most: int | None = None,
+    enough: float | None = None,
 ) -> F_co | None:
     """The fit of least chi-square reached from `start`; None where chi-square or its derivatives are not finite.
 
@@ -83,8 +84,10 @@ def fit(
     fixed : numbers of parameters that keep their value.
     useful : None is returned too where chi-square is above this after `Settings.patience` steps.
     most : largest number of steps; absent: `Settings.most_steps`.
+    enough : the fit has converged where no greater fall of chi-square is promised; absent: `Settings.idle_gain`.
     """
     settings = model.settings
+    enough = settings.idle_gain if enough is None else enough
 
     def at(p: np.ndarray) -> Point[S]:
         solved = model.solve(p)
@@ -103,7 +106,7 @@ def fit(
         downhill = Downhill.at(here, jacobian, model.bounds(here.p), fixed)
         if exact:
             promise = downhill.promise
-            if promise < settings.small_gain + settings.small_share * here.chi2:
+            if promise < enough + settings.small_share * here.chi2:
                 converged = True
                 break
             if idle == settings.idle_rounds:
@@ -126,7 +129,7 @@ def fit(
         if exact:
             if gain > 0 or not tried:
                 jacobian = model.jacobian(here.p, here.solved)
-            idle = idle + 1 if before - here.chi2 < settings.idle_gain <= promise else 0
+            idle = idle + 1 if before - here.chi2 < settings.idle_gain else 0
             idle = settings.idle_rounds if tried and gain <= 0 else idle
             before = here.chi2
     if not exact:
@@ -164,20 +167,21 @@ F = TypeVar("F", bound=Fitted)
 
 
 def polished(fitted: F) -> F:
-    """The fit restarted from where it ended, until it converges or a restart brings no fall of chi-square that counts.
+    """The fit restarted from where it ended, until it converges to `Settings.small_gain` or a restart brings no fall of
+    chi-square that counts.
 
     A restart that brings less than `Settings.idle_gain` counts as convergence: at a kink, as where disks just touch,
     derivatives may promise for ever a fall that no step brings.
     """
     settings = fitted.model.settings
     for _ in range(settings.most_restarts):
-        if fitted.converged:
-            break
-        again = fit(fitted.model, fitted.p)
+        again = fit(fitted.model, fitted.p, enough=settings.small_gain)
         if again is None or again.chi2 > fitted.chi2:
             break
         idle = fitted.chi2 - again.chi2 < settings.idle_gain
         fitted = replace(again, converged=again.converged or idle)  # type: ignore[type-var]
+        if fitted.converged:
+            break
     return fitted
 
 

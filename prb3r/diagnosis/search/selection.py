@@ -11,7 +11,7 @@ import numpy as np
 from prb3r.diagnosis.evidence.model_evidence import chi2_threshold
 from prb3r.diagnosis.evidence.noise_level import EstimatedLevel
 from prb3r.diagnosis.evidence.outliers import Doubts, lone_outliers
-from prb3r.diagnosis.evidence.renewal import level_under, renewed
+from prb3r.diagnosis.evidence.renewal import level_under
 from prb3r.diagnosis.evidence.score_test import Scores
 from prb3r.diagnosis.evidence.smooth_moments import chance_of_smooth_moments
 from prb3r.diagnosis.fit.least_squares import polished
@@ -184,7 +184,8 @@ def explore_until_settled(pool: Pool, search: Search, doubts: Doubts) -> Explore
         if settled and around == frozenset(best.model.hypotheses):
             break
         doubts, around = replace(doubts, level=estimate.level), frozenset(best.model.hypotheses)
-        pool, expansions = pool.under(renewed(best, doubts).model.noise), settings.later_expansions
+        noise = doubts.noise(best.model.predict, best.solved, settings)
+        pool, expansions = pool.under(noise), settings.later_expansions
     return Explored(pool, doubts, estimate)
 
 

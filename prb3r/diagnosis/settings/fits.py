@@ -14,8 +14,8 @@ class FitsSettings:
     most_restarts: int = 4
     """How often the fit of the chosen model is begun again where it has not converged.  Choice, for time."""
     idle_gain: float = 0.05
-    """Fall of chi-square that beginning again, or exact derivatives in place of secants, must bring: odds of less than
-    1.03."""
+    """Fall of chi-square that is not worth looking for, as odds change by less than 1.03: a fit has converged where no
+    more is promised, and exact derivatives in place of secants, or beginning again, must bring as much."""
     idle_rounds: int = 2
     """Exact derivatives in a row that bring less, after which a fit is taken to be at a kink.  Choice, for time.  One
     of them, or less than 3 % of what they promise in the place of less than `idle_gain`, saves a sixth of the
@@ -24,9 +24,11 @@ class FitsSettings:
     """Steps that are tried to get past it.  Of 60 starts before a wall of two parameters 31 end at the least without,
     39 with 4 or 8 and 40 with 12 to 24 (`tests/diagnosis/test_kinks.py`)."""
     small_gain: float = 1e-5
-    """Fall of chi-square that is not worth a step: far less than any that decides, 0.05 and more.  Choice."""
+    """The same of a fit that is told: no estimate is farther than 0.003 of its standard deviation from the minimum.
+    Choice."""
     small_share: float = 1e-6
-    """The same as a share of chi-square, of models that are far from explaining the readings.  Choice."""
+    """Share of chi-square that is not worth looking for either, of models that are far from explaining the readings.
+    Choice."""
     widest_factor: float = 50.0
     """Largest factor on stiffness or friction, either way: further off the manipulator is another one.  Choice."""
     start_factors: tuple[float, ...] = (1, 0.7, 1.4, 0.5, 2, 3, 5, 8, 12)
