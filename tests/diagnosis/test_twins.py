@@ -17,7 +17,7 @@ from prb3r.diagnosis.search import twins as twins_module
 from prb3r.diagnosis.search.pool import Pool
 from prb3r.diagnosis.search.search import Search
 from prb3r.diagnosis.search.selection import choose, explore_until_settled
-from prb3r.diagnosis.search.twins import of_flags, of_other_segments, of_plateaus, twins_of
+from prb3r.diagnosis.search.twins import of_corners, of_flags, of_other_segments, of_plateaus, twins_of
 from prb3r.diagnosis.settings import Settings
 from prb3r.model.effects.plates import closing_angles
 from prb3r.recording.recording import Prior
@@ -69,6 +69,31 @@ def test_plates_that_soften_are_looked_at_as_plates_on_a_plateau():
     stiffer = fit(calibrated.model.adding(law), start, fixed=[len(start) - 1])
     assert stiffer.effects[0].ratio > 1
     assert not list(of_plateaus(stiffer, library))
+
+
+KNEE = {"kind": "nonlinear_plate", "knee_strain": 0.004, "ratio": 0.5}
+CORNER, BEND = {**KNEE, "law": "bilinear"}, {**KNEE, "law": "smooth", "sharpness": 3.0}
+
+
+@pytest.mark.parametrize(("hidden", "found", "gain"), [(CORNER, "smooth", 0.0), (BEND, "bilinear", 10.0)])
+def test_a_smooth_knee_is_looked_at_as_a_corner_and_a_corner_as_a_smooth_knee(hidden, found, gain):
+    """From the knee that was fitted, and the law that made the readings is found with its size."""
+    calibrated = fit_constants(predictor(recorded(Case(hidden=(tuple(hidden.items()),), plates=NITINOL))))
+    predict = calibrated.model.predict
+    library = hypotheses(Scope.of(predict.recording, predict.chain, calibrated.solved.states))
+    law = next(each for each in library if each.name == f"nonlinear_plate (law {found})")
+    begun = [free.at(value) for free, value in zip(law.free, (0.005, 0.6, 6.0), strict=False)]
+    knee = fit(calibrated.model.adding(law), np.array([*calibrated.p, *begun]))
+    (twin,) = of_corners(knee, library)
+    (effect,) = twin.effects
+    assert effect.law == hidden["law"]
+    assert twin.chi2 < knee.chi2 + 0.5 - gain
+    assert (effect.knee_strain, effect.ratio) == (pytest.approx(0.004, rel=0.05), pytest.approx(0.5, rel=0.05))
+    if hidden is BEND:
+        assert effect.sharpness == pytest.approx(3.0, rel=0.3)
+    cubic = next(each for each in library if each.name == "nonlinear_plate (law cubic)")
+    stiffer = fit(calibrated.model.adding(cubic), np.append(calibrated.p, cubic.free[0].at(1.0)))
+    assert not list(of_corners(stiffer, library))
 
 
 FLAG = {"kind": "flag_hysteresis", "reverse_ratio": 0.5}

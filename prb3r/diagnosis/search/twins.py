@@ -1,7 +1,7 @@
 """Twins: models that predict nearly the same as a fitted one by another effect.
 
 Such are one segment softer than stated, and another stiffer with a lower Young's modulus; plates that soften beyond a
-knee, and whose material follows a plateau; plates that slip at one bend, at another, and little by little; plates that
+knee that is a corner, or is smooth, and whose material follows a plateau; plates that slip at one bend, at another, and little by little; plates that
 dissipate, and that soften and give back less than they took (two effects); disks that touch, and notches that close.
 A search that adds and exchanges one effect at a time stays with the twin that it found first, since all other constants
 and effects have settled beside it.  Which twin is right decides what another design does.
@@ -21,11 +21,13 @@ from prb3r.model.effects.plates import DiskContact, HystereticPlate, NonlinearPl
 OF_SEGMENTS, OF_PLATEAUS = "segment_stiffness", "superelastic_plate"
 OF_LOOPS, OF_FLAGS = "hysteretic_plate", "flag_hysteresis"
 OF_KNEES, OF_DISKS, OF_NOTCHES = "nonlinear_plate", "disk_contact", "notch_closing"
+SMOOTH_KNEE = 10.0
+"""Sharpness from which the fit of a smooth knee begins at a corner: half of that beyond which both are the same."""
 
 
 def twins_of(fitted: Fit, library: Sequence[Hypothesis]) -> Iterator[Fit]:
     """All twins of a fitted model, each fitted from parameters at which it predicts nearly the same."""
-    for twins in (of_other_segments, of_plateaus, of_loops, of_flags, of_stops):
+    for twins in (of_other_segments, of_corners, of_plateaus, of_loops, of_flags, of_stops):
         yield from twins(fitted, library)
 
 
@@ -42,6 +44,21 @@ def of_other_segments(fitted: Fit, library: Sequence[Hypothesis]) -> Iterator[Fi
             constants = fitted.p[: len(model.varied)].copy()
             constants[model.varied.index("log_stiffness")] += shares[k][0]  # the logarithm of a factor, as the constant
             yield from _with_another(fitted, k, other, -shares[k], constants)
+
+
+def of_corners(fitted: Fit, library: Sequence[Hypothesis]) -> Iterator[Fit]:
+    """Twins with a knee that is a corner in the place of one that is smooth, or the other way round, at the same bend and
+    with the same ratio of stiffnesses."""
+    for k, effect in enumerate(fitted.effects):
+        if not isinstance(effect, NonlinearPlate) or effect.ratio is None:
+            continue
+        mine = dict(fitted.model.hypotheses[k].place)
+        for other in library:
+            its = dict(other.place)
+            if other.kind == OF_KNEES and its != mine and its == {**mine, "law": its["law"]} and len(other.free) > 1:
+                of_knee = [free.at(getattr(effect, free.name)) for free in other.free[:2]]
+                sharpness = [free.at(SMOOTH_KNEE) for free in other.free[2:]]
+                yield from _with_another(fitted, k, other, np.array(of_knee + sharpness))
 
 
 def of_plateaus(fitted: Fit, library: Sequence[Hypothesis]) -> Iterator[Fit]:
