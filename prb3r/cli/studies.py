@@ -72,8 +72,9 @@ def _presented(result: "Result") -> "Ended":
     from prb3r.present.study.current import Ended, publish_what_changed, record_end
 
     files = publish_what_changed(result)
-    ended = Ended(_closing(result, files), result.failed > 0)
-    record_end(result, replace(ended, said=_closing(replace(result, computed=0), files)))
+    answers = _answers(result)
+    ended = Ended(_outcome(result, result.computed, files) + answers, result.failed > 0)
+    record_end(result, replace(ended, said=_outcome(result, 0, files) + answers))
     return ended
 
 
@@ -121,14 +122,12 @@ def _forecast(plan: "Plan", jobs: int) -> str:
     return f"{plan.study.name}: {count(len(plan.cases), 'case')}, {stored} of them stored, {cost}, into {plan.folder}"
 
 
-def _closing(result: "Result", files: list[Path]) -> str:
-    """Closing lines of a run: how many cases were computed, the first that failed, and what the study answers."""
+def _outcome(result: "Result", computed: int, files: list[Path]) -> str:
+    """The closing line of a run: how many cases were computed, and the first that failed."""
     from prb3r.model.files.cells import count
 
     plan, cases = result.plan, len(result.cases)
-    what = (
-        f"{result.computed} computed, {cases - result.computed} from earlier runs" if result.computed else "unchanged"
-    )
+    what = f"{computed} computed, {cases - computed} from earlier runs" if computed else "unchanged"
     text = f"{plan.study.name}: {count(cases, 'case')} ({what}), {count(len(files), 'file')} in {result.folder}"
     if result.failed:
         from prb3r.study.phrases import failures_in_words
@@ -136,7 +135,13 @@ def _closing(result: "Result", files: list[Path]) -> str:
         first = result.cases[result.cases["outcome"] != "converged"].iloc[0]
         failed = failures_in_words(result.cases["outcome"].value_counts().to_dict())
         text += f"; {failed}, first case {first['case_id']}: {first['reason']}"
-    if plan.study.decides:
+    return text
+
+
+def _answers(result: "Result") -> str:
+    """Lines on what a study answers, each after a line break; empty where it asks for nothing to be decided."""
+    text = ""
+    if result.plan.study.decides:
         from prb3r.study.advice import recommendation
         from prb3r.study.decide import decide
         from prb3r.study.designs import read_designs

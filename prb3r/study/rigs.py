@@ -147,9 +147,10 @@ def _shares(study: Study, drawn: pd.DataFrame) -> Iterator[dict[str, Any]]:
         order = sorted(part["rig"].unique())
         kept = np.ones((len(order), len(study.requirement)), bool)
         for r, requirement in enumerate(study.requirement):
-            counted = select(part, requirement.where)
-            by_rig = {k: known_values(rows, requirement.metric) for k, rows in counted.groupby("rig")}
-            margins = [requirement.margin(requirement.value(by_rig.get(k, np.zeros(0)))) for k in order]
+            counted = select(part, requirement.where).sort_values("rig")
+            values, of_rig = known_values(counted, requirement.metric), counted["rig"].to_numpy()
+            ends = zip(*(np.searchsorted(of_rig, order, side) for side in ("left", "right")), strict=True)
+            margins = [requirement.margin(requirement.value(values[first:last])) for first, last in ends]
             kept[:, r] = np.array(margins) >= 0
         for r, which in enumerate([kept.all(1), *kept.T]):
             interval = scipy.stats.binomtest(int(which.sum()), len(which)).proportion_ci(CONFIDENCE, method="wilson")

@@ -1,10 +1,11 @@
 """Twins: models that predict nearly the same as a fitted one by another effect.
 
 Such are one segment softer than stated, and another stiffer with a lower Young's modulus; plates that soften beyond a
-knee that is a corner, or is smooth, and whose material follows a plateau; plates that slip at one bend, at another, and little by little; plates that
-dissipate, and that soften and give back less than they took (two effects); disks that touch, and notches that close.
-A search that adds and exchanges one effect at a time stays with the twin that it found first, since all other constants
-and effects have settled beside it.  Which twin is right decides what another design does.
+knee that is a corner, beyond a smooth one, and on a plateau of their material; plates that slip at one bend, at
+another, and little by little; plates that dissipate, and that soften and give back less than they took (two effects);
+disks that touch, and notches that close.  A search that adds and exchanges one effect at a time stays with the twin
+that it found first, since all other constants and effects have settled beside it.  Which twin is right decides what
+another design does.
 """
 
 from collections.abc import Iterator, Sequence
@@ -47,18 +48,16 @@ def of_other_segments(fitted: Fit, library: Sequence[Hypothesis]) -> Iterator[Fi
 
 
 def of_corners(fitted: Fit, library: Sequence[Hypothesis]) -> Iterator[Fit]:
-    """Twins with a knee that is a corner in the place of one that is smooth, or the other way round, at the same bend and
-    with the same ratio of stiffnesses."""
+    """Twins with a knee that is a corner in the place of a smooth one, or the other way round, at the same bend and of
+    the same ratio of stiffnesses."""
     for k, effect in enumerate(fitted.effects):
         if not isinstance(effect, NonlinearPlate) or effect.ratio is None:
             continue
-        mine = dict(fitted.model.hypotheses[k].place)
+        place = dict(fitted.model.hypotheses[k].place) | {"law": "bilinear" if effect.sharpness else "smooth"}
+        known = effect.model_dump() | {"sharpness": SMOOTH_KNEE}
         for other in library:
-            its = dict(other.place)
-            if other.kind == OF_KNEES and its != mine and its == {**mine, "law": its["law"]} and len(other.free) > 1:
-                of_knee = [free.at(getattr(effect, free.name)) for free in other.free[:2]]
-                sharpness = [free.at(SMOOTH_KNEE) for free in other.free[2:]]
-                yield from _with_another(fitted, k, other, np.array(of_knee + sharpness))
+            if other.kind == OF_KNEES and dict(other.place) == place:
+                yield from _with_another(fitted, k, other, np.array([free.at(known[free.name]) for free in other.free]))
 
 
 def of_plateaus(fitted: Fit, library: Sequence[Hypothesis]) -> Iterator[Fit]:
