@@ -31,7 +31,7 @@ def test_a_search_that_finds_the_weak_plate_misses_nothing(found):
 
 
 def test_a_search_that_fits_no_set_misses_it():
-    blind = searched(most_expansions=0, later_expansions=0, exchanges=0)
+    blind = searched(expansion_reach=-1.0, exchanges=0)  # no model is near enough to the best to be expanded
     what = attained(blind, [WEAK])
     assert what.missed
     assert what.possible > what.chosen + 10
