@@ -139,7 +139,7 @@ def _outcome(result: "Result", computed: int, files: list[Path]) -> str:
 
 
 def _answers(result: "Result") -> str:
-    """Lines on what a study answers, each after a line break; empty where it asks for nothing to be decided."""
+    """Lines on what a study answers, each after a line break: what to build, how many rigs are good, how sure a workspace is."""
     text = ""
     if result.plan.study.decides:
         from prb3r.study.advice import recommendation

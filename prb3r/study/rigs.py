@@ -147,7 +147,7 @@ def _shares(study: Study, drawn: pd.DataFrame) -> Iterator[dict[str, Any]]:
         order = sorted(part["rig"].unique())
         kept = np.ones((len(order), len(study.requirement)), bool)
         for r, requirement in enumerate(study.requirement):
-            counted = select(part, requirement.where).sort_values("rig")
+            counted = select(part, requirement.where).sort_values("rig", kind="stable")
             values, of_rig = known_values(counted, requirement.metric), counted["rig"].to_numpy()
             ends = zip(*(np.searchsorted(of_rig, order, side) for side in ("left", "right")), strict=True)
             margins = [requirement.margin(requirement.value(values[first:last])) for first, last in ends]

@@ -10,7 +10,7 @@ from scipy.optimize import least_squares
 from prb3r.diagnosis.evidence.model_evidence import left_out_deviance
 from prb3r.diagnosis.fit.calibrate import fit_constants, nominal_noise
 from prb3r.diagnosis.fit.constants import Constants
-from prb3r.diagnosis.fit.least_squares import fit
+from prb3r.diagnosis.fit.least_squares import fit, polished
 from prb3r.diagnosis.fit.model import Model
 from prb3r.diagnosis.fit.prediction import predictor
 from prb3r.diagnosis.library import hypotheses
@@ -118,6 +118,27 @@ def test_a_fit_ends_where_an_independent_minimiser_ends():
     assert np.abs((found.p - other.x) / sd).max() < 0.01
     assert found.jacobian == pytest.approx(model.jacobian(found.p, found.solved), rel=1e-9)
     assert found.converged
+
+
+def test_a_fit_ends_where_nothing_that_counts_is_promised_and_one_that_is_told_at_the_minimum():
+    recording = recorded(Case())
+    predict = predictor(recording)
+    model = Model(predict, nominal_noise(predict))
+    start, settings = np.array([0.3, 0.5, 0.0, 0.0, 0.0]), model.settings
+
+    def promised(fitted):
+        """Fall of chi-square by a Gauss-Newton step."""
+        step = np.linalg.lstsq(fitted.jacobian, -fitted.residual, rcond=None)[0]
+        return fitted.chi2 - float(np.square(fitted.residual + fitted.jacobian @ step).sum())
+
+    rough, usual = fit(model, start, enough=1e3), fit(model, start)
+    assert rough.converged
+    assert usual.converged
+    assert settings.idle_gain < promised(rough) < 1.1e3
+    assert promised(usual) < settings.idle_gain + settings.small_share * usual.chi2
+    told = polished(rough)
+    assert told.converged
+    assert promised(told) < settings.small_gain + settings.small_share * told.chi2
 
 
 def test_a_fit_that_comes_nowhere_near_what_is_useful_is_given_up():

@@ -24,8 +24,8 @@ class FitsSettings:
     """Steps that are tried to get past it.  Of 60 starts before a wall of two parameters 31 end at the least without,
     39 with 4 or 8 and 40 with 12 to 24 (`tests/diagnosis/test_kinks.py`)."""
     small_gain: float = 1e-5
-    """The same of a fit that is told: no estimate is farther than 0.003 of its standard deviation from the minimum.
-    Choice."""
+    """The same of a fit that is told.  With `small_share` no estimate is farther than 0.03 of its standard deviation
+    from the minimum where chi-square is 1,000.  Choice."""
     small_share: float = 1e-6
     """Share of chi-square that is not worth looking for either, of models that are far from explaining the readings.
     Choice."""
