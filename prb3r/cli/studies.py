@@ -139,7 +139,7 @@ def _outcome(result: "Result", computed: int, files: list[Path]) -> str:
 
 
 def _answers(result: "Result") -> str:
-    """Lines on what a study answers, each after a line break: what to build, how many rigs are good, how sure a workspace is."""
+    """Lines on what a study answers, each after a line break; empty where it decides nothing and all is sure."""
     text = ""
     if result.plan.study.decides:
         from prb3r.study.advice import recommendation
