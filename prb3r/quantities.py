@@ -9,8 +9,6 @@ import re
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
-from prb3r.markdown import markdown_table
-
 UNIT_OF_ENDING = {
     "_n_m_per_rad": "N m/rad",
     "_rad_per_n_m": "rad/(N m)",
@@ -216,13 +214,6 @@ def _in_si(unit: str) -> tuple[str, float]:
         for part, power in re.findall(r"([A-Za-z]+|%)(?:\^(\d))?", side):
             size *= SHOWN.get(part, ("", 1.0))[1] ** (sign * int(power or 1))
     return base, size
-
-
-def nomenclature_table(columns: Iterable[str | Quantity]) -> str:
-    """Symbols, units and meanings of columns as a Markdown table."""
-    rows = [column if isinstance(column, Quantity) else describe(column) for column in columns]
-    cells = [(f"`{q.name}`", q.symbol, q.unit or "text", q.meaning) for q in rows]
-    return "\n".join(markdown_table(("column", "symbol", "unit", "meaning"), cells))
 
 
 def other_unit(name: str, valid: Iterable[str]) -> str:

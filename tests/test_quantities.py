@@ -11,7 +11,6 @@ from prb3r.quantities import (
     Quantity,
     describe,
     label,
-    nomenclature_table,
     scale,
     unit_ending,
 )
@@ -54,12 +53,6 @@ def test_labels_and_scales_change_unit_together():
     assert scale("tip_compliance_m_per_n", "mm/kN") == pytest.approx(1e6)
     with pytest.raises(ValueError, match="tip_x_m is in m and cannot be shown in deg"):
         label("tip_x_m", "deg")
-
-
-def test_data_dictionary_has_a_row_per_column():
-    table = nomenclature_table(["x_m", Quantity("gain", "g", "1", "what is gained")]).splitlines()
-    assert len(table) == 4
-    assert table[3] == "| `gain` | g | 1 | what is gained |"
 
 
 def test_nomenclature_is_light_to_import():

@@ -189,12 +189,6 @@ class Recording:
         """Rows of `steps` that belong to the sequences of `part`, a recording of some of them (:meth:`only`)."""
         return np.flatnonzero(np.isin(self.of_sequence, [self.sequences.index(name) for name in part.sequences]))
 
-    def noisier(self, factor: float) -> "Recording":
-        """A copy that states all standard deviations of readings and tensions `factor` times as large."""
-        names = ("position_sd_m", "angle_sd_rad", "tension_sd_relative")
-        stated = {name: sd * factor for name in names if (sd := getattr(self.measurement, name)) is not None}
-        return replace(self, measurement=self.measurement.model_copy(update=stated))
-
     def with_values(self, value: np.ndarray, **changes: Any) -> "Recording":
         """A copy with the values of all readings replaced by `value` (r,), m or rad, and other fields by `changes`."""
         return replace(self, readings=self.readings._replace(value=value), **changes)

@@ -53,14 +53,20 @@ def drive_tension(manipulator: Manipulator, chain: Chain, cable: str, segment: i
         return np.abs(states.angle[:, end] - states.angle[:, start])
 
     grid = np.linspace(0.0, up_to, 41)
-    above = np.flatnonzero(bends(grid) >= bend)
+    on_grid = bends(grid)
+    above = np.flatnonzero(on_grid >= bend)
     if not len(above):
         return np.nan
     if above[0] == 0:  # bent that far without the cable, as by rest curvature
         return 0.0
-    return scipy.optimize.brentq(
-        lambda pull: bends(np.array([pull]))[0] - bend, grid[above[0] - 1], grid[above[0]], xtol=1e-9
-    )
+    around = slice(above[0] - 1, above[0] + 1)
+    known = dict(zip(grid[around], on_grid[around], strict=True))
+
+    def missing(pull: float) -> float:
+        """Bend beyond the one that is asked for, rad; at the ends of the bracket it is known."""
+        return (known[pull] if pull in known else bends(np.array([pull]))[0]) - bend
+
+    return scipy.optimize.brentq(missing, *known, xtol=1e-9)
 
 
 class ChangingPoint(Metric):
