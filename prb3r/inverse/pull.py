@@ -14,8 +14,9 @@ from prb3r.model.laws.self_consistent import equilibria_of
 from prb3r.model.steps import tension_travel
 
 PULL_STEP = 1e-5
-"""Step of a tension to either side for the derivatives, as a share of the largest tension (of 1 N at least).  Only
-loads are differenced, and they are linear in the tension, so that any small step will do."""
+"""Step of a tension for the derivatives, as a share of the largest tension (of 1 N at least).  Only moments at the held
+shape are differenced; they are linear in the tension, so that any small step will do, but for friction that depends on
+it, where the derivatives are as exact as the step is small."""
 
 
 Least = Literal["force", "stress"]
@@ -95,10 +96,9 @@ class Pull:
         path, step = self.path(tension), PULL_STEP * max(float(tension.max()), 1.0)
         directions = []
         for cable in range(len(tension)):
-            change = np.zeros_like(tension)
-            change[cable] = step
-            ahead, behind = (self.path(tension + sign * change) for sign in (1, -1))
-            directions.append(Direction((self.chain, ahead), (self.chain, behind), 2 * step))
+            more = tension.copy()
+            more[cable] += step
+            directions.append(Direction((self.chain, self.path(more)), (self.chain, path), step))
         derivatives = sensitivities_under_law(self.chain, path, directions)
         off = self.target.off(self.target.place(derivatives.equilibria)[-1])
         return Answer(off, self.target.rate(derivatives))
