@@ -16,9 +16,9 @@ from prb3r.diagnosis.fit.least_squares import fit
 from prb3r.diagnosis.result.effects import Separation
 from prb3r.diagnosis.result.files import write_record
 from prb3r.diagnosis.result.named import separations
-from prb3r.diagnosis.result.posterior import posterior_of
 from prb3r.diagnosis.result.projection import summary_lines
 from prb3r.diagnosis.result.proposals import proposed
+from prb3r.diagnosis.result.surviving import posterior_of
 from prb3r.diagnosis.result.tell import tell
 from prb3r.diagnosis.search.experiment import Experiment, best_experiments, programs, separation
 from prb3r.diagnosis.search.rivals import Rival

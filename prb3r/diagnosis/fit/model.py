@@ -73,7 +73,7 @@ class Model(Parametrisation):
             return self.predict.read(solved.states, *moved(k, value))
 
         out = np.empty((len(solved.readings), len(p)))
-        ends = [interval(*bounded) for bounded in zip(p, low, high, strict=True)]
+        ends = [interval(*bounded) for bounded in zip(p, low, high, self.poles, strict=True)]
         acting, looking = np.flatnonzero(mechanical).tolist(), np.flatnonzero(np.logical_not(mechanical)).tolist()
         ways = [across(lambda value, k=k: problem(k, value), ends[k]) for k in acting]  # type: ignore[misc]
         out[:, acting] = response(self.predict, solved, ways)

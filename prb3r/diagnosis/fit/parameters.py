@@ -119,6 +119,12 @@ class Parametrisation:
         return low, high
 
     @cached_property
+    def poles(self) -> np.ndarray:
+        """(p,) value of every parameter at which its law has a pole; -inf without one."""
+        of_effects = [free.pole_at for hypothesis in self.hypotheses for free in hypothesis.free]
+        return np.array([-np.inf] * len(self.varied) + of_effects)
+
+    @cached_property
     def widest(self) -> Mapping[str, tuple[float, float]]:
         """Lowest and highest ln of the factor on each constant that is one, by name."""
         return widest_factors(self.predict.recording.manipulator, self.settings)

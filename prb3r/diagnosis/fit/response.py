@@ -21,16 +21,16 @@ CHANGE = 1e-5
 """Step of a parameter, in its own scale, by which elementary functions are differenced: exact to 1e-10 with steps to
 both sides, to 1e-5 where a bound leaves only one side."""
 NEAR, AT_A_BOUND = 1e-3, 1e-9
-"""Largest step as a share of the distance to a bound, since a function may be singular there, as the stiffness is where
-a compliance vanishes; and the distance up to which a value counts as on its bound."""
+"""Largest step as a share of the distance to a bound or a pole, near which functions are strongly curved; and the
+distance up to which a value counts as on its bound."""
 PIXEL = 1e-6
 """Step of a position, to either side, by which the camera is differenced, m."""
 
 
-def interval(value: float, low: float = -np.inf, high: float = np.inf) -> tuple[float, float]:
-    """Ends of an interval around `value` to difference over, small against the distance to its bounds too; one-sided at
-    a bound."""
-    near = [distance for distance in (value - low, high - value) if distance > AT_A_BOUND]
+def interval(value: float, low: float = -np.inf, high: float = np.inf, pole: float = -np.inf) -> tuple[float, float]:
+    """Ends of an interval around `value` to difference over, small against the distance to its bounds and to a `pole`
+    below it; one-sided at a bound."""
+    near = [value - pole, *(distance for distance in (value - low, high - value) if distance > AT_A_BOUND)]
     change = min([CHANGE, *(NEAR * distance for distance in near)])
     return max(value - change, low), min(value + change, high)
 

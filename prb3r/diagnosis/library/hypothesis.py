@@ -19,7 +19,8 @@ solved to.
 
 
 class Free(NamedTuple):
-    """A free parameter of an effect, fitted in its own scale `u`: value = null exp(u) if `log`, else null + scale u."""
+    """A free parameter of an effect, fitted in its own scale `u`: value = null exp(u) if `log`, null / (1 - scale u) if
+    `inverse`, else null + scale u."""
 
     name: str
     null: float
@@ -37,6 +38,9 @@ class Free(NamedTuple):
     """Whether all values below the lowest one act as it does, so that an estimate may well end there."""
     sd: float | None = None
     """Prior standard deviation of `u`; None: see `prior_sd`."""
+    inverse: bool = False
+    pole: bool = False
+    """Whether the law has a pole where the value vanishes, as the stiffness of a hinge where its compliance does."""
 
     @property
     def prior_sd(self) -> float:
@@ -46,17 +50,29 @@ class Free(NamedTuple):
 
     def value(self, u: float, friction: float = 0.0) -> float:
         """The value of the parameter at `u`, cut off at its bounds; `friction` is the calibrated coefficient."""
-        plain = self.null * np.exp(min(u, LARGEST_EXPONENT)) if self.log else self.null + self.scale * u
+        if self.log:
+            plain = self.null * np.exp(min(u, LARGEST_EXPONENT))
+        elif self.inverse:
+            plain = self.null / (1 - self.scale * u) if self.scale * u < 1 else np.inf
+        else:
+            plain = self.null + self.scale * u
         return float(min(max(plain + (friction if self.above else 0.0), self.low), self.high))
 
     def at(self, value: float, friction: float = 0.0) -> float:
         """The `u` of a `value` of the parameter; `friction` is the calibrated coefficient."""
         value -= friction if self.above else 0.0
-        return float(np.log(value / self.null)) if self.log else (value - self.null) / self.scale
+        if self.log:
+            return float(np.log(value / self.null))
+        return (1 - self.null / value if self.inverse else value - self.null) / self.scale
 
     def bounds(self, friction: float = 0.0) -> tuple[float, float]:
         """Lowest and highest `u` that a fit may reach; `friction` is the calibrated coefficient."""
         return self.at(self.low, friction), self.at(self.high, friction)
+
+    @property
+    def pole_at(self) -> float:
+        """The `u` of the law's pole; -inf without one."""
+        return self.at(0.0) if self.pole else -np.inf
 
     def open_ends(self, low: float, high: float) -> tuple[bool, bool]:
         """Whether the lower and the upper end of an interval of values are bounds of the search, unless the bound is

@@ -124,7 +124,7 @@ def _hinge(scope: Scope, place: Place) -> tuple[Free, ...]:
     """Free parameter of `clamp_compliance` and `base_compliance`, in units of the compliance of a plate's mean node:
     prior sd 1, up to 10.  A millionth stands for a rigid clamp, as a compliance is above zero."""
     soft = float(np.median(scope.chain.arc / scope.mean_node_rigidity))
-    return (Free("compliance_rad_per_n_m", 1e-6 * soft, 1e-6 * soft, 10 * soft, scale=soft, sd=1.0),)
+    return (Free("compliance_rad_per_n_m", 1e-6 * soft, 1e-6 * soft, 10 * soft, scale=soft, sd=1.0, pole=True),)
 
 
 def _share(scope: Scope, place: Place) -> tuple[Free, ...]:

@@ -11,13 +11,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from prb3r.diagnosis.evidence.outliers import Doubts
 from prb3r.diagnosis.fit.constants import Constants, friction_beside
 from prb3r.diagnosis.library.hypothesis import Free, Hypothesis
-from prb3r.diagnosis.result.as_made import PartsPosterior, parts_posterior
-from prb3r.diagnosis.result.largest_bending import Bending, bending_of
-from prb3r.diagnosis.search.pool import Survivor
-from prb3r.diagnosis.search.selection import Choice
+from prb3r.diagnosis.result.as_made import PartsPosterior
+from prb3r.diagnosis.result.largest_bending import Bending
 from prb3r.model.effects import AnyEffect
 from prb3r.model.effects.base import Effect
 from prb3r.model.manipulator import Manipulator, Strict
@@ -39,7 +36,8 @@ class Drawn(NamedTuple):
 
 
 class FreeParameter(Strict):
-    """A parameter of a model by its `u`: value = null exp(u) if `log`, else null + scale u, within low and high."""
+    """A parameter of a model by its `u`, within low and high: value = null exp(u) if `log`, null / (1 - scale u) if
+    `inverse`, else null + scale u."""
 
     name: str
     """A constant, or `effect.<number>.<parameter>`, numbers as in `effects`."""
@@ -51,12 +49,14 @@ class FreeParameter(Strict):
     """Whether the value is what the friction coefficient is exceeded by."""
     low: float
     high: float
+    inverse: bool = False
 
     @property
     def free(self) -> Free:
         """The parameter as a fit has it, with its scale and bounds, named without its effect."""
         name = self.name.rpartition(".")[2]
-        return Free(name, self.null, self.low, self.high, self.scale, self.log, self.above)
+        plain = Free(name, self.null, self.low, self.high, self.scale, self.log, self.above)
+        return plain._replace(inverse=self.inverse)
 
 
 class ModelPosterior(Strict):
@@ -188,60 +188,3 @@ def averaged(parts: Sequence[tuple[float, np.ndarray]]) -> np.ndarray:
     weight = weights.reshape(-1, *[1] * (values.ndim - 1)) * ~np.isnan(values)
     with np.errstate(invalid="ignore"):
         return np.nansum(weight * values, 0) / weight.sum(0)
-
-
-def posterior_of(choice: Choice) -> Posterior:
-    """The posterior of the surviving models of a choice."""
-    recording = choice.fitted.model.predict.recording
-    models = [
-        _model_posterior(survivor, choice.doubts, named=survivor.effects == choice.effects)
-        for survivor in choice.survivors
-    ]
-    bending = bending_of(recording.manipulator, choice.fitted.solved.states.angle)
-    return Posterior(manipulator=recording.manipulator, tolerance=recording.tolerance, models=models, bending=bending)
-
-
-def _free(name: str, nominal: float, ends: tuple[float, float]) -> Free:
-    """A calibrated constant as a free parameter; `ends` are the bounds of the logarithm of its factor on `nominal`."""
-    low, high = (nominal * np.exp(ends)).tolist()
-    return Free(name, nominal, low, high, log=True)
-
-
-def _model_posterior(survivor: Survivor, doubts: Doubts, named: bool) -> ModelPosterior:
-    """The posterior of one surviving model, the frame of the camera left out."""
-    fitted = survivor.fitted
-    model, nominal = fitted.model, fitted.model.predict.recording.manipulator
-    values = {"log_stiffness": nominal.youngs_modulus_pa, "log_friction": nominal.friction.coefficient}
-    frees = {
-        k: _free(FILE_NAMES[name], values[name], model.widest[name])
-        for k, name in enumerate(model.varied)
-        if name in FILE_NAMES
-    }
-    of_effects = [(n, free) for n, hypothesis in enumerate(model.hypotheses, 1) for free in hypothesis.free]
-    frees |= {
-        k: free._replace(name=f"effect.{n}.{free.name}") for k, (n, free) in enumerate(of_effects, len(model.varied))
-    }
-    kept = list(frees)
-    return ModelPosterior(
-        probability=survivor.probability,
-        named=named,
-        constants={
-            FILE_NAMES[name]: float(value * np.exp(getattr(fitted.constants, name))) for name, value in values.items()
-        },
-        effects=list(fitted.effects),
-        free=[
-            FreeParameter(
-                name=free.name,
-                u=float(fitted.p[k]),
-                null=free.null,
-                scale=free.scale,
-                log=free.log,
-                above=free.above,
-                low=free.low,
-                high=free.high,
-            )
-            for k, free in frees.items()
-        ],
-        covariance=fitted.covariance[np.ix_(kept, kept)].tolist(),
-        parts=parts_posterior(fitted, doubts, kept),
-    )

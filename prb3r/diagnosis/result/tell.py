@@ -27,8 +27,8 @@ from prb3r.diagnosis.result.numbers import (
     NoiseFound,
     ToleranceFound,
 )
-from prb3r.diagnosis.result.posterior import posterior_of
 from prb3r.diagnosis.result.spread import ends_over_models, number_of_constant
+from prb3r.diagnosis.result.surviving import posterior_of
 from prb3r.diagnosis.result.tables import diagnosis_tables
 from prb3r.diagnosis.search.rivals import Rival
 from prb3r.diagnosis.settings import Settings

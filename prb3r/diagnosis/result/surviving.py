@@ -1,0 +1,137 @@
+"""The posterior of the models that survive a search, from their fits.
+
+A normal distribution of `u` holds as far as the readings are linear in `u`.  Where other parts stand beside the plates
+Young's modulus may be free over decades, and the readings tell a sum: of stiffnesses where cables stiffen the arm, of
+compliances where clamps soften it, of logarithms where a segment has another stiffness.  So the modulus is drawn in the
+scale in which the recording is most nearly linear.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from prb3r.diagnosis.evidence.outliers import Doubts
+from prb3r.diagnosis.fit.model import Fit
+from prb3r.diagnosis.library.hypothesis import Free
+from prb3r.diagnosis.result.as_made import parts_posterior
+from prb3r.diagnosis.result.largest_bending import bending_of
+from prb3r.diagnosis.result.posterior import FILE_NAMES, FreeParameter, ModelPosterior, Posterior
+from prb3r.diagnosis.search.pool import Survivor
+from prb3r.diagnosis.search.selection import Choice
+from prb3r.model.manipulator import Manipulator
+
+MODULUS = FILE_NAMES["log_stiffness"]
+WIDE = 0.2
+"""Standard deviation of the ln of the modulus from which scales are compared; below it they agree within 2 % of it."""
+TRIED = (-2.0, -1.0, 1.0, 2.0)
+"""Deviations of the modulus, in standard deviations, at which the rise of chi-square is held against a linear one."""
+
+
+def posterior_of(choice: Choice) -> Posterior:
+    """The posterior of the surviving models of a choice."""
+    recording = choice.fitted.model.predict.recording
+    models = [
+        _model_posterior(survivor, choice.doubts, named=survivor.effects == choice.effects)
+        for survivor in choice.survivors
+    ]
+    bending = bending_of(recording.manipulator, choice.fitted.solved.states.angle)
+    return Posterior(manipulator=recording.manipulator, tolerance=recording.tolerance, models=models, bending=bending)
+
+
+def _free(name: str, nominal: float, ends: tuple[float, float]) -> Free:
+    """A calibrated constant as a free parameter; `ends` are the bounds of the logarithm of its factor on `nominal`."""
+    low, high = (nominal * np.exp(ends)).tolist()
+    return Free(name, nominal, low, high, log=True)
+
+
+def _model_posterior(survivor: Survivor, doubts: Doubts, named: bool) -> ModelPosterior:
+    """The posterior of one surviving model, the frame of the camera left out."""
+    fitted = survivor.fitted
+    model, nominal = fitted.model, fitted.model.predict.recording.manipulator
+    values = {"log_stiffness": nominal.youngs_modulus_pa, "log_friction": nominal.friction.coefficient}
+    frees = {
+        k: _free(FILE_NAMES[name], values[name], model.widest[name])
+        for k, name in enumerate(model.varied)
+        if name in FILE_NAMES
+    }
+    of_effects = [(n, free) for n, hypothesis in enumerate(model.hypotheses, 1) for free in hypothesis.free]
+    frees |= {
+        k: free._replace(name=f"effect.{n}.{free.name}") for k, (n, free) in enumerate(of_effects, len(model.varied))
+    }
+    kept = list(frees)
+    posterior = ModelPosterior(
+        probability=survivor.probability,
+        named=named,
+        constants={
+            FILE_NAMES[name]: float(value * np.exp(getattr(fitted.constants, name))) for name, value in values.items()
+        },
+        effects=list(fitted.effects),
+        free=[_parameter(free, float(fitted.p[k])) for k, free in frees.items()],
+        covariance=fitted.covariance[np.ix_(kept, kept)].tolist(),
+        parts=parts_posterior(fitted, doubts, kept),
+    )
+    return _in_linear_scale(posterior, fitted, kept)
+
+
+def _parameter(free: Free, u: float) -> FreeParameter:
+    """A free parameter with its best `u`."""
+    return FreeParameter(
+        name=free.name,
+        u=u,
+        null=free.null,
+        scale=free.scale,
+        log=free.log,
+        above=free.above,
+        low=free.low,
+        high=free.high,
+        inverse=free.inverse,
+    )
+
+
+def _in_linear_scale(posterior: ModelPosterior, fitted: Fit, kept: Sequence[int]) -> ModelPosterior:
+    """The `posterior` of a fit with Young's modulus in that of the scales ln E, E and 1/E in which chi-square is most
+    nearly that of the normal distribution.
+
+    `kept`: numbers of its parameters among those of the fit.
+    """
+    names = [part.name for part in posterior.free]
+    if MODULUS not in names or posterior.covariance[names.index(MODULUS)][names.index(MODULUS)] < WIDE**2:
+        return posterior
+    number = names.index(MODULUS)
+    free = posterior.free[number].free
+    value = free.value(posterior.free[number].u)
+    scales = [
+        free,
+        free._replace(log=False, scale=value),  # in each the derivative of ln E by u is 1 at the best value,
+        free._replace(log=False, scale=free.null / value, inverse=True),  # so that the covariance holds for all
+    ]
+    ways = [
+        posterior.model_copy(
+            update={
+                "free": [*posterior.free[:number], _parameter(scale, scale.at(value)), *posterior.free[number + 1 :]]
+            }
+        )
+        for scale in scales
+    ]
+    return min(ways, key=lambda way: _bent(way, number, fitted, kept))
+
+
+def _bent(posterior: ModelPosterior, number: int, fitted: Fit, kept: Sequence[int]) -> float:
+    """How far chi-square of the recording is from that of the normal distribution of `posterior`, summed over moves of
+    parameter `number`, which take the others along as the distribution has it."""
+    covariance, model = np.array(posterior.covariance), fitted.model
+    nominal: Manipulator = model.predict.recording.manipulator
+    known = np.linalg.pinv(covariance, hermitian=True)
+    others = fitted.covariance[:, kept] @ known
+    off = 0.0
+    for share in TRIED:
+        along = share * covariance[:, number] / np.sqrt(covariance[number, number])
+        there = posterior.within(posterior.best + along, nominal)
+        away = there - posterior.best
+        p = fitted.p + others @ away
+        free = posterior.free[number].free
+        p[kept] = fitted.p[kept] + away
+        p[kept[number]] = np.log(free.value(there[number]) / free.null)
+        rise = np.sum(model.residuals(p, model.solve(p)) ** 2) - fitted.chi2
+        off += abs(float(rise - away @ known @ away))
+    return off if np.isfinite(off) else np.inf
