@@ -1,4 +1,4 @@
-"""Rigs drawn from a posterior act under the recorded loads as recorded, however little is told of each of their parts."""
+"""Rigs drawn from a posterior act under the recorded loads as recorded, however little is told of their parts."""
 
 from dataclasses import replace
 

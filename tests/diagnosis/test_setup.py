@@ -229,7 +229,7 @@ def test_remedies_that_leave_no_reading_are_not_fitted():
 
 
 def test_a_remedy_that_moves_nothing_gains_nothing():
-    """What a fit that has not converged leaves over any remedy would gain, as its own fit begins where that one ended."""
+    """What a fit leaves over any remedy would gain, as its own fit begins where that one ended."""
     recording = load_recording(Path(__file__).parents[2] / "studies" / "recordings" / "bench-example")
     nothing = Remedy("none", "all is right", "steps", lambda right: Mended(right, np.arange(right.readings.count)))
     attempt = attempt_on(recording, Settings())
