@@ -6,15 +6,19 @@ set-up -> calibrate -> doubt -> test -> search -> check -> tell
 from dataclasses import replace
 from typing import NamedTuple
 
+import numpy as np
+
 from prb3r.diagnosis.checks.setup.find import Blunder, blunders_of, find_blunder
 from prb3r.diagnosis.checks.setup.weigh import moves_nothing, speaks_for, stands_beside
 from prb3r.diagnosis.fit.calibrate import OutOfBalance
-from prb3r.diagnosis.known import Searched, Task
+from prb3r.diagnosis.known import Searched, Task, Tested
 from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.diagnosis.result.investigation import Investigation
 from prb3r.diagnosis.result.remarks import what_it_takes
 from prb3r.diagnosis.result.tell import adjusted, tell
 from prb3r.diagnosis.search.apply import Apply, serially
+from prb3r.diagnosis.search.search import Search
+from prb3r.diagnosis.search.selection import Choice
 from prb3r.diagnosis.search.starts import search_from_known
 from prb3r.diagnosis.stages import (
     Report,
@@ -141,30 +145,29 @@ def without_blunders(task: Task, report: Report, apply: Apply) -> SetUp:
 
     Where constants alone do not explain the mended recording, effects may have imitated the blunder.  Both recordings,
     as it is and mended, are then searched for effects, and the blunder is said only if the comparison speaks for it.
-    The second search is given up if its first end is worth less than that of the first search, by as much as would have
-    to speak for the blunder.  If mending moves no reading beside the effects found in the mended recording, as with a
-    cable that turns out to be dead, there is no blunder; the recording as it is is then searched again from these.
+    One search is given up if its first end is worth less than that of the other, by as much as settles the comparison
+    (:func:`_clear`, :func:`_mended_beside`).  If mending moves no reading beside the effects found in the mended
+    recording, as with a cable that turns out to be dead, there is no blunder; the recording as it is is then searched
+    again from these.
     """
     blunders = blunders_of(task.recording, task.settings, apply)
     if not blunders or blunders[-1].plain:
         return SetUp(to_search(_mended(task, blunders), report, apply), blunders)
     plain = blunders[: next(k for k, blunder in enumerate(blunders) if not blunder.plain)]
-    searched, said = to_search(_mended(task, plain), report, apply), plain
+    as_it_is, said = to_test(_mended(task, plain), report, apply), plain
+    report("search")
+    clear = _clear(task, blunders[: len(plain) + 1], as_it_is, apply)
+    searched = clear[0] if clear else search(as_it_is)
     for count in range(len(plain) + 1, len(blunders) + 1):
-        blunder, choice = blunders[count - 1], searched.choice
-        if blunder.faint and not (choice.structured or choice.kinds):
-            break
+        blunder = blunders[count - 1]
         report("search")
-        try:
-            tested = to_test(_mended(task, blunders[:count]), lambda stage: None, apply)
-            if blunder.faint and len(choice.kinds) == 1 and leaves_something(tested):
-                break  # fewer effects than one are none, and constants alone do not explain the mended recording
-            other = search(tested, choice.worth_of_first_start - (0.0 if blunder.faint else blunder.least))
-        except OutOfBalance:
+        first = clear if count == len(plain) + 1 else None
+        other = first[1] if first else _mended_beside(task, blunders[:count], searched, apply)
+        if other is None:
             break
-        after, before = ((outcome.choice, outcome.tested.doubted.search) for outcome in (other, searched))
-        if not speaks_for(after, before, blunder.least):
-            return SetUp(searched, said, blunder, other) if stands_beside(after, before) else SetUp(searched, said)
+        if not _speaks(other, searched, blunder.least):
+            rival = stands_beside(_judged(other), _judged(searched))
+            return SetUp(searched, said, blunder, other) if rival else SetUp(searched, said)
         as_noted, fitted = _mended(task, said), other.choice.fitted
         if moves_nothing(fitted_part(as_noted.recording, other.tested.doubted.aside), fitted):
             found = adjusted(as_noted.recording.manipulator, fitted.constants, fitted.effects)
@@ -174,6 +177,61 @@ def without_blunders(task: Task, report: Report, apply: Apply) -> SetUp:
         if not other.choice.structured:
             break
     return SetUp(searched, said)
+
+
+def _clear(
+    task: Task, blunders: tuple[Blunder, ...], as_it_is: Tested, apply: Apply
+) -> tuple[Searched, Searched] | None:
+    """What was chosen for a recording as it is, by a search that was given up after its first end, and with all
+    `blunders` mended, where the last of them is clear; None where it is not.
+
+    It is clear where constants alone leave less of the mended recording, effects explain the rest, and the first end of
+    its search is ahead by `Settings.clear_blunder` times what has to speak for the blunder.  What a blunder has spoiled
+    is searched for long, and in vain.
+    """
+    last = blunders[-1]
+    if last.faint:
+        return None
+    try:
+        tested = to_test(_mended(task, blunders), lambda stage: None, apply)
+        if tested.doubted.fitted.reduced > as_it_is.doubted.fitted.reduced:
+            return None
+        begun = search(as_it_is, np.inf)
+        ahead = begun.choice.worth_of_first_start + task.settings.clear_blunder * last.least
+        mended = search(tested, ahead)
+    except OutOfBalance:
+        return None
+    explained = mended.choice.worth_of_first_start > ahead and not mended.choice.structured
+    return (begun, mended) if explained and _speaks(mended, begun, last.least) else None
+
+
+def _mended_beside(task: Task, blunders: tuple[Blunder, ...], searched: Searched, apply: Apply) -> Searched | None:
+    """What is chosen with all `blunders` mended, by a search that is given up where its first end is worth less than
+    that of the recording without the last of them (`searched`), by as much as would have to speak for that one.
+
+    None where it cannot be said: no constants bring the mended recording into balance, or the last one is faint and
+    would need as many effects.
+    """
+    last, choice = blunders[-1], searched.choice
+    if last.faint and not (choice.structured or choice.kinds):
+        return None
+    try:
+        tested = to_test(_mended(task, blunders), lambda stage: None, apply)
+        if last.faint and len(choice.kinds) == 1 and leaves_something(tested):
+            return None  # fewer effects than one are none, and constants alone do not explain the mended recording
+        return search(tested, choice.worth_of_first_start - (0.0 if last.faint else last.least))
+    except OutOfBalance:
+        return None
+
+
+def _judged(searched: Searched) -> tuple[Choice, Search]:
+    """The choice and the search that it came from, as :func:`speaks_for` weighs them."""
+    return searched.choice, searched.tested.doubted.search
+
+
+def _speaks(mended: Searched, as_it_is: Searched, least: float) -> bool:
+    """Whether a recording is so much better explained mended that the blunder is said (:func:`speaks_for`)."""
+    return speaks_for(_judged(mended), _judged(as_it_is), least)
 
 
 def _mended(task: Task, blunders: tuple[Blunder, ...]) -> Task:

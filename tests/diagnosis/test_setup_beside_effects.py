@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from diagnosis.planted import PLANTED, backward, late, mirrored, other_cables, other_steps, steps_swapped
-from diagnosis.simulated import IMITATING, RUBBING, YIELDING, Case, recorded
+from diagnosis.simulated import IMITATING, RUBBING, WEAK, YIELDING, Case, recorded
 
 from prb3r.diagnosis import investigate as around
 from prb3r.diagnosis.checks.setup.find import Blunder, blunders_of, find_blunder
@@ -215,3 +215,19 @@ def test_a_blunder_must_still_show_beside_what_explains_the_mended_recording(wea
     found, blunders = around.beside_effects(Task(recorded()), unexplained, (), serially)
     assert blunders == ((hidden,) if later in ("the same", "what looked the same") else ())
     assert (found is unexplained) == (not blunders)
+
+
+def test_a_recording_with_a_clear_blunder_is_not_searched_to_the_end_as_it_is(monkeypatch):
+    """What a blunder has spoiled is searched for long, and in vain."""
+    wrong = PLANTED["cables 1 and 4 are exchanged"](recorded(Case(hidden=(tuple(WEAK.items()),))))
+    limits, real = [], around.search
+
+    def searched(tested, least_worth=-np.inf):
+        limits.append((tested.doubted.recording is wrong, least_worth))
+        return real(tested, least_worth)
+
+    monkeypatch.setattr(around, "search", searched)
+    found, (blunder,), *_ = without_blunders(Task(wrong), lambda stage: None, serially)
+    assert blunder.blunder == "cables 1 and 4 are exchanged"
+    assert found.choice.kinds == {"weakened_plate"}
+    assert [limit for as_it_is, limit in limits if as_it_is] == [np.inf]

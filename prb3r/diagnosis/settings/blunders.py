@@ -46,6 +46,10 @@ class BlundersSettings:
     blunder_fall: float = 10.0
     """Fall of the mean square from which on a blunder is said although effects do not explain the rest.  Choice: an
     order of magnitude."""
+    clear_blunder: float = 3.0
+    """How many times what has to speak for a blunder the first end of the search with it mended must be ahead for the
+    search of the recording as it is to be given up.  Choice, for time: four recordings with exchanged disks, cables or
+    units are ahead by 9 to 11 times."""
     most_angle_rad: float = float(np.pi)
     """Largest angle from which on angles may be in degrees: below, the whole arm would turn by three degrees.  Choice:
     half a turn."""
