@@ -4,8 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from diagnosis.simulated import MU, NITINOL
+from diagnosis.suspected import scope
 
 from prb3r.diagnosis.fit.least_squares import fit
+from prb3r.diagnosis.library import hypotheses
 from prb3r.diagnosis.search.pool import Effects, Pool
 from prb3r.diagnosis.search.search import Search
 from prb3r.diagnosis.settings import Settings
@@ -53,3 +56,14 @@ def test_an_exchanged_model_is_fitted_without_what_it_no_longer_needs(calibrated
     pool = Pool(Search(library, 0), model.settings, [calibrated, wrong])
     assert pool.exchange(wrong)
     assert {each.name for each in pool.best.model.hypotheses} == {"weakened_plate (plate 4)"}
+
+
+def test_a_model_with_an_effect_that_moves_nothing_does_not_survive(calibrated):
+    """Plates that do not soften have no flag-shaped loops: the recording tells nothing of them, prior odds remain."""
+    flags = next(each for each in hypotheses(scope(youngs_modulus_pa=NITINOL[0])) if each.kind == "flag_hysteresis")
+    model = calibrated.model.adding(flags)
+    with_flags = fit(model, np.append(calibrated.p, flags.starts(MU)[0]))
+    assert with_flags.idle == {flags}
+    pool = Pool(Search((flags,), 0), Settings(), [calibrated, with_flags])
+    assert len(pool.fits) == 2
+    assert [survivor.effects for survivor in pool.survivors()] == [frozenset()]

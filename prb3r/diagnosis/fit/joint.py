@@ -13,7 +13,7 @@ from itertools import pairwise
 import numpy as np
 
 from prb3r.diagnosis.fit.belief import NOTHING_TOLD, Belief
-from prb3r.diagnosis.fit.model import Fit, Model, normal_matrix
+from prb3r.diagnosis.fit.model import Fit, Model, idle_effects, normal_matrix
 from prb3r.diagnosis.fit.prediction import Solution
 from prb3r.diagnosis.library.joint import JointHypothesis
 from prb3r.diagnosis.settings import Settings
@@ -188,6 +188,11 @@ class JointFit:
     def covariance(self) -> np.ndarray:
         """(P, P) linearised covariance of the joint parameters: the pseudo-inverse of the normal matrix."""
         return np.linalg.pinv(normal_matrix(self), hermitian=True)
+
+    @cached_property
+    def idle(self) -> frozenset[JointHypothesis]:
+        """The fitted effects that move no reading of any recording."""
+        return idle_effects(self.model, self.jacobian[: self.rows[-1].stop])
 
     @cached_property
     def rows(self) -> tuple[slice, ...]:

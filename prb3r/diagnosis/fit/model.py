@@ -16,8 +16,12 @@ from prb3r.diagnosis.fit.constants import FRAME, Constants
 from prb3r.diagnosis.fit.parameters import Parametrisation
 from prb3r.diagnosis.fit.prediction import Solution
 from prb3r.diagnosis.fit.response import across, interval, response
+from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.mechanics.chain import Chain, Loads
 from prb3r.model.effects.base import Effect
+
+MOVES_NOTHING = 1e-9
+"""Largest derivative of a reading, in standard deviations, by a parameter that moves nothing: rounding."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,9 +163,22 @@ class Fit:
         return out
 
     @cached_property
+    def idle(self) -> frozenset[Hypothesis]:
+        """The fitted effects that move no reading, as a law of unloading where plates do not soften."""
+        return idle_effects(self.model, self.jacobian[: self.model.predict.recording.readings.count])
+
+    @cached_property
     def basis(self) -> np.ndarray:
         """(r + p + k, b) orthonormal basis of the columns of the Jacobian: what the parameters can explain."""
         return basis_of(self.jacobian)
+
+
+def idle_effects(model: Any, moved: np.ndarray) -> frozenset:
+    """The hypotheses of a model or joint model whose parameters move no reading, given the whitened derivatives (r, p)
+    of the readings; none without parameters."""
+    largest = np.abs(moved).max(0)
+    pairs = zip(model.hypotheses, model.spans, strict=True)
+    return frozenset(each for each, span in pairs if each.free and not (largest[span] > MOVES_NOTHING).any())
 
 
 def normal_matrix(fitted: Any) -> np.ndarray:

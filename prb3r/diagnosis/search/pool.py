@@ -239,10 +239,14 @@ class Pool:
 
     def survivors(self) -> tuple[Survivor, ...]:
         """Models with an equilibrium at every step that are within `Settings.survival_odds` of the best, most probable
-        first; if there are none, the best model alone."""
+        first; if there are none, the best model alone.
+
+        Of an effect that moves no reading a recording tells nothing: a model with one is left out.
+        """
         best = self.evidence[self.ranked[0]]
         least = best - np.log(self.settings.survival_odds)
-        kept = [e for e in self.ranked if self.evidence[e] >= least and self.fits[e].balanced] or self.ranked[:1]
+        telling = [e for e in self.ranked if self.fits[e].balanced and not self.fits[e].idle]
+        kept = [e for e in telling if self.evidence[e] >= least] or self.ranked[:1]
         weight = np.exp([self.evidence[effects] - best for effects in kept])
         shares = (weight / weight.sum()).tolist()
         return tuple(Survivor(self.fits[e], self.evidence[e], share) for e, share in zip(kept, shares, strict=True))
