@@ -17,7 +17,7 @@ PIP = $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-comp
 INSTALL = $(if $(UV),uv pip install --quiet --python $(BIN)/python,$(PIP)) -c constraints.txt
 COMPILE = $(BIN)/python -m compileall -qq -j 0 -x '/tests?/' $(VENV)/lib prb3r || true
 
-.PHONY: study setup test check format docs schemas bench fuzz combinations proof clean
+.PHONY: study setup test test-long check format docs schemas bench fuzz combinations proof clean
 
 study: $(VENV)/.ready
 	$(BIN)/prb3r run $(wildcard studies/$(STUDY).toml) -o results $(if $(JOBS),-j $(JOBS))
@@ -39,6 +39,9 @@ $(VENV)/.developing: $(VENV)/.ready
 
 test: $(VENV)/.developing
 	$(BIN)/python -m pytest
+
+test-long: $(VENV)/.developing
+	$(BIN)/python -m pytest -m long
 
 check: $(VENV)/.developing
 	$(BIN)/ruff check .

@@ -69,7 +69,7 @@ def combination(python: str, end: str, words: list[str], folder: Path) -> Outcom
     more = OLD_WARNINGS if end == "oldest" else ()
     begin = time.monotonic()
     done = subprocess.run(
-        [str(own), "-m", "pytest", "-v", *more, *words],  # takes back the `-q` of pyproject.toml: the counts are told
+        [str(own), "-m", "pytest", "-v", "-m", "", *more, *words],  # takes back what pyproject.toml says: all, with counts
         capture_output=True,
         text=True,
         cwd=ROOT,

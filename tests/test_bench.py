@@ -40,6 +40,7 @@ def result():
         return measure(equilibria=40, rounds=1, lengths=(14, 28))
 
 
+@pytest.mark.long
 def test_methods_are_timed_and_their_errors_known(result):
     table = result.methods.set_index("method")
     assert (table[["time_of_20_s", "time_each_s", "times_engine"]] > 0).all(axis=None)

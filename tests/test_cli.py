@@ -144,6 +144,7 @@ def test_run_writes_tables_figures_and_report_and_is_a_no_op_the_second_time(tmp
     assert (folder / "cases.parquet").read_bytes() == before
 
 
+@pytest.mark.long
 def test_several_studies_end_with_the_files_and_words_that_each_ends_with_alone(tmp_path):
     studies = [ROOT / f"studies/{name}.toml" for name in ("three-segments", "experiments")]
     together = prb3r("run", *studies, "-o", tmp_path / "together", "-j", "2")

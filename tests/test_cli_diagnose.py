@@ -44,6 +44,7 @@ def test_diagnose_is_judged_on_other_recordings(tmp_path, undrawn):
     assert not pd.read_parquet(tmp_path / "out/residuals.parquet")["held_out"].any()
 
 
+@pytest.mark.long
 def test_recordings_are_diagnosed_together_and_one_by_one_otherwise(tmp_path, undrawn):
     short, thick = (write_sister(tmp_path / name, name) for name in ("short", "thick"))
     alone = prb3r("diagnose", short, thick, "-o", tmp_path / "out")

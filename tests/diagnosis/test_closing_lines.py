@@ -3,6 +3,7 @@
 import re
 from dataclasses import replace
 
+import pytest
 from diagnosis.simulated import (
     Case,
     diagnosed,
@@ -30,6 +31,7 @@ def test_the_closing_lines_tell_the_constants_and_what_is_not_predicted():
     assert all(line.endswith("; 8 readings not predicted") for line in held)
 
 
+@pytest.mark.long
 def test_refitted_constants_never_leave_more_than_the_nominal_ones():
     """Plates bent before any load turn the picture by far more than the camera may be turned, which has its price."""
     bent = ({"kind": "precurvature", "curvature_per_m": 4.0},)

@@ -68,6 +68,7 @@ def test_each_effect_is_found_or_named_among_those_that_cannot_be_told_apart(hid
     assert found.heldout.chi2_explained < found.heldout.chi2_calibrated
 
 
+@pytest.mark.long
 def test_friction_along_the_path_is_named_where_the_nominal_model_has_none():
     hidden = effect("cable_friction", coefficient=0.3), effect("slip_history", presliding_m=3e-4)
     found = diagnosed(case(*hidden, friction=0.0))
@@ -80,6 +81,7 @@ def test_friction_along_the_path_is_named_where_the_nominal_model_has_none():
         assert size.low / 1.5 <= value <= size.high * 1.5
 
 
+@pytest.mark.long
 def test_another_presliding_travel_than_the_stated_one_is_named():
     recording = recorded(case(effect("slip_history", presliding_m=3e-3)))
     along = recording.manipulator.friction.model_copy(update={"direction": "history", "presliding_m": 3e-5})
@@ -109,6 +111,7 @@ def spoilt(recording, seed, missing=0.2, gross=0.02):
     return replace(changed, readings=changed.readings.where(kept))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("hidden", "may_end_low"),
     [(effect("slip_history", presliding_m=1e-5), True), (effect("weakened_plate", plate=4, factor=0.7), False)],
@@ -122,6 +125,7 @@ def test_an_estimate_may_end_only_where_all_values_beyond_act_alike(hidden, may_
     assert plausible(replace(explained, p=np.append(explained.p[:-1], low[-1]))) == may_end_low
 
 
+@pytest.mark.long
 def test_missing_markers_and_gross_outliers_change_nothing():
     clean = investigate(Task(spoilt(recorded(case(seed=4)), 4)))
     assert clean.verdict == "adequate"
@@ -232,6 +236,7 @@ def test_what_calibration_hides_is_brought_to_light():
     assert found.heldout.gain > 0.9
 
 
+@pytest.mark.long
 def test_the_same_law_under_two_names_is_ambiguous_and_no_experiment_is_promised():
     """A bilinear plate and touching disks stiffen alike beyond one bend."""
     found = diagnosed(case(effect("disk_contact", angle_rad=0.1, stiffness_n_m_per_rad=4.0)))
@@ -247,6 +252,7 @@ PULLEYS = case(
 """Left out with what could stand in for it."""
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("known", [UNEXPLAINED, PULLEYS], ids=["weakened_plate", "pulley_friction"])
 def test_without_its_hypothesis_an_effect_is_unexplained_and_closed_by_a_law(known):
     found = diagnosed(known)
@@ -257,6 +263,7 @@ def test_without_its_hypothesis_an_effect_is_unexplained_and_closed_by_a_law(kno
     assert found.closure.reduced_chi2 < found.chi2.explained
 
 
+@pytest.mark.long
 def test_a_camera_that_moved_between_sequences_is_unexplained():
     recording = recorded(case(seed=1))
     shifted = (recording.of_sequence == 1)[recording.readings.step] & (recording.readings.kind == Kind.Y)

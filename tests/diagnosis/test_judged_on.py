@@ -47,6 +47,7 @@ def judged():
     return diagnosed_among_few(wrong, [turned(other()), replace(other(5), name="the third")])
 
 
+@pytest.mark.long
 def test_another_recording_of_a_file_with_a_blunder_is_judged_with_it_mended(judged):
     assert judged.verdict == "set-up"
     held = judged.heldout
@@ -75,6 +76,7 @@ def test_a_rig_without_an_effect_does_not_tell_what_it_is_worth():
     assert another.without == (None,)
 
 
+@pytest.mark.long
 def test_a_blunder_in_the_steps_may_not_be_in_another_recording():
     """Weights in kilograms are no part of a manipulator file."""
     wrong = in_kilograms(recorded(Case(hidden=HIDDEN, seed=3)))

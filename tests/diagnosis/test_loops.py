@@ -27,6 +27,7 @@ AMONG_ALIKE = replace(
 """Searched among those and plates that soften, in half the time; plates that slip little by little, among all kinds."""
 
 
+@pytest.mark.long
 def test_loops_of_plates_are_named_and_not_taken_for_friction():
     found = tell(investigated(AMONG_ALIKE))
     assert found.verdict == "explained"
@@ -37,6 +38,7 @@ def test_loops_of_plates_are_named_and_not_taken_for_friction():
     assert effect.parameters["yield_strain"].value == pytest.approx(1.2e-3, rel=0.1)
 
 
+@pytest.mark.long
 def test_plates_that_slip_little_by_little_are_told_from_those_that_slip_at_once():
     """As layers and braids do, of which each slips at a bend of its own: three elements, on average at 1.2e-3."""
     slowly = LOOPS | {"elements": 3}
@@ -48,6 +50,7 @@ def test_plates_that_slip_little_by_little_are_told_from_those_that_slip_at_once
     assert effect.parameters["yield_strain"].value == pytest.approx(1.2e-3, rel=0.1)
 
 
+@pytest.mark.long
 def test_flags_of_superelastic_plates_are_named_and_not_taken_for_a_pulley():
     hidden = tuple(tuple(effect.items()) for effect in (SOFT, FLAG))
     without = frozenset(SUSPECTS) - {"nonlinear_plate", "disk_contact", *ALIKE}

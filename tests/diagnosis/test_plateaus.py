@@ -71,6 +71,7 @@ def test_they_are_named_by_their_numbers_and_the_smooth_law_is_told_beside_them(
     assert TWIN in {rival.kind for rival in effect.rivals}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("ratio", "seed"), [(0.5, 2), (2.0, 0)])
 def test_a_knee_that_is_no_plateau_keeps_its_name(ratio, seed):
     """Plates of the same material and section, half as stiff or twice as stiff beyond a knee low in what they bend.

@@ -75,6 +75,7 @@ def test_what_a_mended_recording_leaves_unexplained_is_said_from_its_file_too(we
         assert (f"# {said}\n" in carried.to_toml()) == partial
 
 
+@pytest.mark.long
 def test_what_alone_makes_bands_wide_is_said(weak_rig, tmp_path):
     """A survivor that is hardly probable and moves far."""
     record = json.loads((weak_rig / "diagnosis.json").read_text())
@@ -150,6 +151,7 @@ def test_a_draw_at_a_bound_keeps_what_the_recording_tells_of_two_parameters_toge
     assert apart.std() == pytest.approx(0.01, rel=0.2)
 
 
+@pytest.mark.long
 def test_bands_of_a_roughly_made_rig_are_as_wide_as_its_tolerances(weak_rig, tmp_path):
     """A lone cable's tip angle grows as arm times thickness^-3: one per cent of thickness is three of the angle, of two
     segments as wholes and of six plates."""

@@ -69,6 +69,7 @@ def test_what_few_rigs_have_is_named_with_its_place_and_size(hidden, place):
     assert size.high - size.low < WIDTH.get(effect.kind, 0.4) * abs(true[name])
 
 
+@pytest.mark.long
 def test_a_heavier_tip_is_likelier_than_a_force_that_nobody_applied_where_the_arm_is_known_to_sag():
     """Constant forces at one point: one position of the arm cannot tell them apart, but few rigs have such a force."""
     found = diagnosed(replace(case(kind="tip_mass", mass_kg=0.15), known=(tuple(SAG.items()),)))

@@ -142,6 +142,7 @@ def test_no_difference_is_told_by_others(again):
     assert weights.sum(1) == pytest.approx(0)
 
 
+@pytest.mark.long
 def test_pulls_with_gains_of_their_own_are_adequate_and_it_is_said(again):
     """Each pull with some 2 % more or less tension than noted: without shares that last, physics would be missing."""
     tension = again.loads.tension * (1 + gains(again, 1.0, 5, sd=0.02))

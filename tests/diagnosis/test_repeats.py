@@ -54,6 +54,7 @@ def test_a_camera_that_moved_between_repetitions_is_no_noise():
     assert "frame" in found.mismatch.depends_on
 
 
+@pytest.mark.long
 def test_readings_that_scatter_more_than_stated_are_no_effect():
     found = investigate(Task(pulled_again(2.0)))
     assert found.verdict == "adequate"

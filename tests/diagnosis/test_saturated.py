@@ -60,6 +60,7 @@ def test_it_has_every_common_kind_once_and_no_part_of_the_rig(doubted):
     assert {"nonlinear_plate", "disk_contact", "tension_offset"} <= set(kinds)
 
 
+@pytest.mark.long
 def test_elimination_tries_another_effect_where_a_fit_loses_its_valley(doubted, full, monkeypatch):
     tried = []
 
@@ -112,6 +113,7 @@ def test_taken_away_one_after_another_what_is_there_is_left_last(doubted, full):
     assert evidence[-2] == max(evidence) > evidence[0] + 5
 
 
+@pytest.mark.long
 def test_from_the_full_side_the_same_effects_are_left_as_from_the_empty_one(doubted, whole, full):
     fitted, search, doubts = doubted.fitted, doubted.search, doubted.doubts
     pool = Pool(search, fitted.model.settings, [fitted, full])
@@ -165,6 +167,7 @@ def among(search, *kinds):
     return replace(search, library=tuple(each for each in search.library if each.kind in kinds))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("useless", [True, False])
 def test_all_effects_together_that_explain_nothing_are_not_searched_from(doubted, begun, monkeypatch, useless):
     if useless:

@@ -50,6 +50,7 @@ def test_physics_is_no_blunder(hidden):
         assert not without_blunders(Task(case), lambda stage: None, serially).blunders
 
 
+@pytest.mark.long
 def test_a_blunder_is_told_from_the_physics_that_was_left_out_beside_it():
     hidden = ({"kind": "pulley_friction", "efficiency": 0.85}, {"kind": "precurvature", "curvature_per_m": 1.5})
     right = recorded(Case(hidden=tuple(tuple(effect.items()) for effect in hidden)))
@@ -60,6 +61,7 @@ def test_a_blunder_is_told_from_the_physics_that_was_left_out_beside_it():
     assert searched.choice.kinds == {"pulley_friction", "precurvature"}
 
 
+@pytest.mark.long
 def test_a_blunder_that_effects_hide_shows_beside_those_that_were_found():
     """In a sequence that was set aside: what the others tell predicts it no more."""
     hidden = RIGHT["four effects"]
@@ -111,6 +113,7 @@ def test_a_mending_moves_nothing_where_its_cable_is_dead(dead):
     assert not any(moves_nothing(blunder(right).only(fitted_of), fitted) for blunder in others)
 
 
+@pytest.mark.long
 def test_what_moves_nothing_is_no_blunder_and_what_was_found_with_it_stands(dead, monkeypatch):
     """Of a rig of seed 101 with a dead cable and touching disks constants alone bent so far otherwise that the search
     missed both, but for a cable of the other sign."""
@@ -169,6 +172,7 @@ def test_to_lose_photographs_is_no_gain():
     assert speaks_for(*outcomes, honest - 1)
 
 
+@pytest.mark.long
 def test_a_blunder_that_explains_by_fewer_effects_stands_beside_them(set_up):
     assert not set_up.blunders
     assert set_up.rival.blunder == "slip is declared with the wrong sign in sequence mixed"
@@ -217,6 +221,7 @@ def test_a_blunder_must_still_show_beside_what_explains_the_mended_recording(wea
     assert (found is unexplained) == (not blunders)
 
 
+@pytest.mark.long
 def test_a_recording_with_a_clear_blunder_is_not_searched_to_the_end_as_it_is(monkeypatch):
     """What a blunder has spoiled is searched for long, and in vain."""
     wrong = PLANTED["cables 1 and 4 are exchanged"](recorded(Case(hidden=(tuple(WEAK.items()),))))

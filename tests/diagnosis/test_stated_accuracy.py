@@ -64,6 +64,7 @@ def test_one_set_of_effects_is_not_explained_while_it_leaves_what_does_not_look_
     assert check(smooth).verdict == "ambiguous"
 
 
+@pytest.mark.long
 def test_what_the_library_lacks_is_never_explained_where_it_is_below_what_is_stated():
     """What is named may stand in for it, and that is said; as it is stated it is `unexplained`."""
     without = UNEXPLAINED.without - {"cable_bending"}

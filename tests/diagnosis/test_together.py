@@ -106,6 +106,7 @@ def test_the_interval_beside_an_effect_is_that_of_all_recordings():
         assert width(own) == pytest.approx(width(strain.together), rel=0.25)
 
 
+@pytest.mark.long
 def test_contradicting_stiffnesses_are_said_and_each_rig_keeps_its_own():
     found = together(modulus=1.25 * E)
     stiffness = shared(found)["", "youngs_modulus_pa"]
@@ -200,6 +201,7 @@ def test_where_nothing_is_shared_no_evidence_of_sharing_is_told():
     ]
 
 
+@pytest.mark.long
 def test_recordings_that_share_nothing_are_told_so():
     own = Sharing(material=False, friction=False)
     found = joint_diagnosis_of([replace(recorded_sister(name), sharing=own) for name in ("short", "thick")])
@@ -211,6 +213,7 @@ def test_recordings_that_share_nothing_are_told_so():
         assert f"diagnosed together with {other}, with which it shares nothing that was found" in single.remarks
 
 
+@pytest.mark.long
 def test_what_rigs_share_is_drawn_told_and_written(tmp_path, tmp_path_factory):
     found = together()
     joint = JointReport(tuple(DiagnosisReport(**vars(each)) for each in found.diagnoses), found.common)
@@ -238,6 +241,7 @@ def test_what_rigs_share_is_drawn_told_and_written(tmp_path, tmp_path_factory):
     assert "1 diagnosis of several recordings" in index.read_text()
 
 
+@pytest.mark.long
 def test_a_recording_that_tells_a_shared_parameter_nothing_says_so_in_plain_numbers(tmp_path):
     """As if each needed a standard deviation of nothing to tell one."""
     rigs, settings = (recorded_sister("short"), recorded_sister("thick")), Settings(untold_share=0.0)

@@ -87,6 +87,7 @@ def test_odds_are_those_of_gaussian_models(constants):
     assert unknown_law(fitted, odds).log_odds == pytest.approx(expected, abs=1e-6)
 
 
+@pytest.mark.long
 def test_true_effects_of_any_size_stand(constants):
     """Of six true effects with sizes as their priors have them, an unknown law hardly ever takes the place.
 

@@ -37,6 +37,7 @@ def folder(tmp_path_factory):
     return folder
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("segments", "first", "tip"), [((4, 4), 2.0, 1 / 2 + 1 / 8), ((8,), 2.0, 1 + 1 / 8)], ids=["two", "one"]
 )

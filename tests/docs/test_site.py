@@ -52,6 +52,7 @@ def site(tmp_path_factory):
     return folder, outlines
 
 
+@pytest.mark.long
 def test_pages_are_well_formed_and_load_nothing_from_elsewhere(site):
     folder, outlines = site
     assert len(outlines) > 25

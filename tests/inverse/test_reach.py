@@ -93,6 +93,7 @@ def test_a_grid_of_two_cables_finds_the_same_least_stress():
     assert least.table["total_n"][0] > lightest.table["total_n"][0]
 
 
+@pytest.mark.long
 def test_of_pulls_that_stress_plates_alike_the_lightest_is_told():
     """Two even bends lead to a place without friction, whichever cables make them: more force stresses no less."""
     light, gentle = (prb3r.reach(FREE, x_m=0.17, y_m=0.08, least=kind).table.iloc[0] for kind in ("force", "stress"))

@@ -13,6 +13,7 @@ from prb3r.mechanics.chain import loads, no_loads
 from prb3r.mechanics.equilibrium import solve_chain
 
 
+@pytest.mark.long
 def test_slips_go_with_the_travel_along_a_path_and_history_agrees():
     turn = np.linspace(0, 2 * np.pi, 7)
     path = pd.DataFrame({"x_m": 0.165 + 0.008 * np.cos(turn), "y_m": 0.085 + 0.008 * np.sin(turn)})
@@ -44,6 +45,7 @@ def test_along_a_path_static_friction_counts_how_far_cables_have_slipped():
     assert np.abs(comes_to(RUBBING, answer, 6)[:, :2] - path.to_numpy()).max() > 1e-4
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("friction", [{"coefficient": 0.3}, {"coefficient": 0.3, "direction": "history"}])
 def test_along_a_path_a_drift_of_the_force_sensor_is_met_at_every_step(friction):
     drifts = {"kind": "tension_drift", "offset_n_per_step": 0.8}
@@ -57,6 +59,7 @@ def test_along_a_path_a_drift_of_the_force_sensor_is_met_at_every_step(friction)
 WAY = pd.DataFrame({"x_m": [0.172, 0.165, 0.16, 0.166], "y_m": [0.06, 0.08, 0.09, 0.07]})
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("effects", "broken"),
     [

@@ -206,6 +206,7 @@ for name in sys.argv[2:]:
 """
 
 
+@pytest.mark.long
 def test_kernels_from_two_processes_keep_their_parts_apart(tmp_path):
     """Each process numbers the types that it meets from the same number on: so long as parts were shared by their
     names, the second kernel to be loaded read its records as the first one's."""

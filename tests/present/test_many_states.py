@@ -101,6 +101,7 @@ def test_manipulators_of_a_cloud_are_drawn_with_the_angles_of_their_disks(solved
     assert result.folder / "arms.png" in publish(result)
 
 
+@pytest.mark.long
 def test_a_page_without_pictures_loads_no_library_that_draws(tmp_path):
     (tmp_path / "many.toml").write_text(STUDY)
     script = (

@@ -30,6 +30,7 @@ def test_a_search_that_finds_the_weak_plate_misses_nothing(found):
     assert what.possible == pytest.approx(what.chosen, abs=0.01)
 
 
+@pytest.mark.long
 def test_a_search_that_fits_no_set_misses_it():
     blind = searched(expansion_reach=-1.0, exchanges=0)  # no model is near enough to the best to be expanded
     what = attained(blind, [WEAK])

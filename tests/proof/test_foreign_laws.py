@@ -25,6 +25,7 @@ def leaking():
     return investigate(Task(recording_of(design, Label(0, "foreign", 3, 1417186782690373192, foreign=("leak", 0.07)))))
 
 
+@pytest.mark.long
 def test_a_law_that_effects_imitate_within_the_noise_is_unexplained(leaking):
     """Every other check passes, so that the effects would be named as if they were there."""
     assert why_unexplained(leaking.choice, leaking.failed, (), leaking.checks) == ""

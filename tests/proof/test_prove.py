@@ -174,6 +174,7 @@ def test_a_refit_with_the_full_rig_is_no_farther_than_by_the_linear_rule(respons
     assert min(refitted.values()) < 0.9 * min(linear.values())
 
 
+@pytest.mark.long
 def test_a_small_run_from_end_to_end(monkeypatch, tmp_path):
     monkeypatch.setattr(run, "drawn_design", short_design)
     monkeypatch.setattr(run, "flavours", lambda cases, classes: [Flavour.PLAIN, Flavour.POOR])

@@ -115,6 +115,7 @@ def test_what_is_read_is_noted_also_through_what_follows_from_it_and_in_copies()
     assert set(numeric_settings(Settings())) <= noting.names
 
 
+@pytest.mark.long
 def test_what_no_diagnosis_reads_moves_nothing():
     """All of it moved at once: the same verdict, names, sizes and likelihood."""
     task = VerdictTask(0, recorded(), frozenset(), "diagnose", 1)

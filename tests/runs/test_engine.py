@@ -224,6 +224,7 @@ def cluster():
         yield running
 
 
+@pytest.mark.long
 def test_dask_loses_only_the_guilty_and_refuses_other_sources(cluster, monkeypatch, tmp_path):
     tasks = chunks(24, 8)
     workers = Workers(backend="dask", scheduler=cluster.scheduler_address)

@@ -73,6 +73,7 @@ def test_the_loads_of_a_block_are_those_of_the_whole_cloud(spec):
             assert np.array_equal(some, every[list(numbers)])
 
 
+@pytest.mark.long
 def test_blocks_give_what_the_equilibria_of_the_whole_cloud_are(spec, tmp_path):
     heard = Heard()
     result = solve_study(spec(), Options(tmp_path / "out", Workers(jobs=2)), heard)

@@ -81,6 +81,7 @@ def test_of_two_workers_only_small_records_come_back(spec, tmp_path, monkeypatch
     assert left == {".cases", ".states"}
 
 
+@pytest.mark.long
 def test_through_a_scheduler_pass_small_records_alone(spec, tmp_path, monkeypatch):
     texts = {"grid": GRID, "cloud": CLOUD}
     for name, text in texts.items():

@@ -108,6 +108,7 @@ def test_experiments_bend_as_far_as_the_statics_without_a_tip_load_say():
     assert np.hypot(*(shift - first)) == pytest.approx(0.0799, abs=6e-5)  # Fig. 11, at the disk's centre
 
 
+@pytest.mark.long
 def test_the_issue_asks_for_a_hundred_thousand_configurations_and_nine_studies():
     names = {path.stem for path in STUDIES.glob("*.toml")}
     plans = {name: plan_study(STUDIES / f"{name}.toml") for name in names}

@@ -53,6 +53,7 @@ def test_which_design_excludes_both_ends_and_recommends_between_them(tmp_path):
     assert "**" not in page
 
 
+@pytest.mark.long
 def test_tolerances_make_the_middle_design_alone_safe_to_build():
     frame = small("tolerances", thickness_ratio=[1.2])
     assert (frame["coupling_m_per_n"] <= 0.82e-3).mean() == pytest.approx(0.98, abs=0.015)
@@ -60,6 +61,7 @@ def test_tolerances_make_the_middle_design_alone_safe_to_build():
     assert scatter == pytest.approx(np.hypot(3 * 0.01, 0.02) * np.sqrt(1 / 0.65), rel=0.1)  # EI alone makes 65 %
 
 
+@pytest.mark.long
 def test_sensitivity_of_the_stress_is_to_the_thickness_of_segment_1():
     """Segment 1 is stressed by the moment of cable 3 and its thickness: sigma goes with h^-2, 2 % of 1 %."""
     from prb3r.study.rigs import sobol_table
