@@ -69,7 +69,7 @@ def combination(python: str, end: str, words: list[str], folder: Path) -> Outcom
     more = OLD_WARNINGS if end == "oldest" else ()
     begin = time.monotonic()
     done = subprocess.run(
-        [str(own), "-m", "pytest", "-v", "-m", "", *more, *words],  # takes back what pyproject.toml says: all, with counts
+        [str(own), "-m", "pytest", "-v", "-m", "", *more, *words],  # not as in pyproject.toml: all, counted
         capture_output=True,
         text=True,
         cwd=ROOT,
