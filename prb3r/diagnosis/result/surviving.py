@@ -76,15 +76,7 @@ def _model_posterior(survivor: Survivor, doubts: Doubts, named: bool) -> ModelPo
 def _parameter(free: Free, u: float) -> FreeParameter:
     """A free parameter with its best `u`."""
     return FreeParameter(
-        name=free.name,
-        u=u,
-        null=free.null,
-        scale=free.scale,
-        log=free.log,
-        above=free.above,
-        low=free.low,
-        high=free.high,
-        inverse=free.inverse,
+        u=u, **{name: each for name, each in free._asdict().items() if name in FreeParameter.model_fields}
     )
 
 
@@ -105,13 +97,9 @@ def _in_linear_scale(posterior: ModelPosterior, fitted: Fit, kept: Sequence[int]
         free._replace(log=False, scale=value),  # in each the derivative of ln E by u is 1 at the best value,
         free._replace(log=False, scale=free.null / value, inverse=True),  # so that the covariance holds for all
     ]
+    before, after = posterior.free[:number], posterior.free[number + 1 :]
     ways = [
-        posterior.model_copy(
-            update={
-                "free": [*posterior.free[:number], _parameter(scale, scale.at(value)), *posterior.free[number + 1 :]]
-            }
-        )
-        for scale in scales
+        posterior.model_copy(update={"free": [*before, _parameter(scale, scale.at(value)), *after]}) for scale in scales
     ]
     return min(ways, key=lambda way: _bent(way, number, fitted, kept))
 
