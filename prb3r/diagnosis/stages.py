@@ -18,6 +18,7 @@ from prb3r.diagnosis.checks.tolerated import tolerances_told
 from prb3r.diagnosis.checks.verdict import empirical_law, why_doubtful, why_unexplained
 from prb3r.diagnosis.evidence.stated_accuracy import share_of_stated
 from prb3r.diagnosis.fit.calibrate import fit_constants
+from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.fit.prediction import predictor
 from prb3r.diagnosis.known import Calibrated, Doubted, Searched, Task, Tested
 from prb3r.diagnosis.library import hypotheses
@@ -134,17 +135,38 @@ def coarsened_if_unexplained(searched: Searched) -> Searched:
 
 
 def predicting(choice: Choice, fresh: Unseen | None, search: Search) -> Choice:
-    """The choice, or where it does not predict a sequence set aside, the most probable surviving model that does.
+    """The choice, or the surviving model that the sequences set aside speak for.
 
-    That model has at most as many effects, as one more has to be named by the evidence of the fitted sequences.  Where
-    there is none, the choice stays.
+    Where the chosen model does not predict them, that is the most probable one that does.  It has at most as many
+    effects, as one more has to be named by the evidence of the fitted sequences.  Where the chosen model is but a part
+    of the most probable one, it is the smallest such part that is not much less probable by all sequences together, in
+    which every effect is named by the evidence of both.  Where there is none, the choice stays.
     """
-    if fresh is None or not fresh.refutes(choice.fitted):
+    if fresh is None:
         return choice
-    count, least = len(choice.fitted.model.hypotheses), choice.fitted.model.settings.alike_rate
-    likely = [s.fitted for s in choice.survivors if s.probability >= least and len(s.effects) <= count]
-    other = next((fitted for fitted in likely if not fresh.refutes(fitted)), None)
-    return choice if other is None else replace(choice, fitted=other, scores=examine(other, search))
+    if fresh.refutes(choice.fitted):
+        count, least = len(choice.fitted.model.hypotheses), choice.fitted.model.settings.alike_rate
+        likely = [s.fitted for s in choice.survivors if s.probability >= least and len(s.effects) <= count]
+        other = next((fitted for fitted in likely if not fresh.refutes(fitted)), None)
+        if other is not None:
+            return replace(choice, fitted=other, scores=examine(other, search))
+    fuller = _by_all_sequences(choice, fresh)
+    return choice if fuller is choice.fitted else replace(choice, fitted=fuller, scores=examine(fuller, search))
+
+
+def _by_all_sequences(choice: Choice, fresh: Unseen) -> Fit:
+    """The smallest part of the most probable model, with all that is chosen, whose ln density of fitted and held-out
+    sequences is within `Settings.simpler_reach` of the largest; the chosen fit where that is it."""
+    best, count = choice.survivors[0], fresh.predict.recording.readings.count
+    told = {}
+    for survivor in choice.survivors:
+        if choice.effects <= survivor.effects <= best.effects:
+            fitted = choice.fitted if survivor.effects == choice.effects else survivor.fitted
+            score = fresh.log_score(fitted)
+            told[fitted] = survivor.log_evidence + (-np.inf if score is None else count * score)
+    least = max(told.values(), default=-np.inf) - choice.fitted.model.settings.simpler_reach
+    near = [fitted for fitted, worth in told.items() if worth >= least > -np.inf]
+    return min(near, key=lambda fitted: (len(fitted.model.hypotheses), -told[fitted]), default=choice.fitted)
 
 
 def check(searched: Searched, blunder: Blunder | None = None) -> Investigation:

@@ -5,10 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from diagnosis.simulated import Case, recorded
+from scipy.stats import multivariate_normal
 
 from prb3r.diagnosis.fit.basis import basis_of, left_singular
 from prb3r.diagnosis.fit.constants import Constants
-from prb3r.diagnosis.fit.covariance import noise_of, reading_sd
+from prb3r.diagnosis.fit.covariance import NoiseLevel, noise_correlation, noise_of, reading_sd
 from prb3r.diagnosis.fit.prediction import predictor
 from prb3r.diagnosis.fit.response import tension_response
 from prb3r.model.steps import loads_of
@@ -37,6 +38,18 @@ def test_whitened_squares_are_those_of_the_dense_covariance(sensed):
     assert white.T @ white == pytest.approx(values.T @ np.linalg.solve(covariance, values))
     assert noise.whiten(values[:, 0]) == pytest.approx(white[:, 0])
     assert noise.total_sd**2 == pytest.approx(np.diag(covariance))
+
+
+@pytest.mark.parametrize("common", [0.0, 0.4])
+def test_the_density_of_a_misfit_is_that_of_a_normal_distribution(sensed, common):
+    recording, sensitivity = sensed
+    level, uncertain = NoiseLevel(common=common, reach=2.0), np.random.default_rng(3).normal(size=(360, 2)) * 1e-3
+    noise = noise_of(recording, sensitivity, level=level, tolerances=uncertain)
+    correlated = noise_correlation(recording, level).toarray() * np.outer(noise.sd, noise.sd)
+    covariance = correlated + dense(recording, sensitivity) - np.diag(noise.sd**2) + uncertain @ uncertain.T
+    misfit = np.random.default_rng(1).standard_normal(len(covariance)) * noise.sd
+    expected = multivariate_normal(cov=covariance).logpdf(misfit) + len(misfit) / 2 * np.log(2 * np.pi)
+    assert noise.log_density(misfit) == pytest.approx(expected, abs=1e-5)
 
 
 def test_a_tension_moves_its_own_step_alone_under_declared_slip(sensed):

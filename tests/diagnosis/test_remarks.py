@@ -75,6 +75,26 @@ def test_what_is_likely_but_not_named_is_said_and_what_is_named_no_certainty():
     assert verdicts == ["explained", "ambiguous"]
 
 
+def test_a_second_effect_of_a_kind_is_as_probable_as_two_of_the_kind_and_one_at_its_place_is_likely():
+    """Plates 4 and 2 are weakened in 80 %, plate 4 alone in 5 %, plates 4 and 3 in 15 %."""
+    searched = to_search(Task(recorded()), lambda stage: None, serially)
+    choice, library = searched.choice, searched.tested.doubted.search.library
+    second, third = (next(o for o in library if o.name == f"weakened_plate (plate {n})") for n in (2, 3))
+    one = replace(choice.survivors[0], probability=0.05)
+    two, other = (
+        replace(one, probability=share, fitted=fit(choice.fitted.model.adding(more), np.append(choice.fitted.p, 0.0)))
+        for share, more in ((0.8, second), (0.15, third))
+    )
+    among = replace(choice, survivors=(two, other, one))
+    assert among.likely == {"weakened_plate (plate 2)": pytest.approx(0.8)}
+    (remark,) = likely_too(among)
+    assert remark.startswith("weakened_plate (plate 2) is likely there too (probability 0.80)")
+    both = replace(among, fitted=two.fitted)
+    first, more = (both.probability_of(effect) for effect in both.fitted.model.hypotheses)
+    assert (first, more) == (pytest.approx(1.0), pytest.approx(0.95))
+    assert not both.likely
+
+
 def test_what_all_models_that_are_left_have_is_named_though_one_does_nearly_as_well_without():
     """Four models with ln evidence 0, -0.2, -0.4 and -2.9: what all but the last have is there with a probability of
     0.98; the smallest model within reach lacks it."""

@@ -244,8 +244,26 @@ def test_of_models_that_explain_what_was_fitted_alike_the_one_stands_that_predic
         said = [remark for remark in found.remarks if "would explain what was fitted too" in remark]
         assert [remark.partition(":")[0] for remark in said] == ["constants alone", "weakened_plate (plate 2)"]
         assert any("it confirms nothing" in remark for remark in found.remarks) == (first is poor)
-    alone = check(replace(searched, choice=replace(choice, fitted=calibrated, survivors=(good, plain))))
-    assert not alone.named  # an effect more is not named for what was set aside
+
+
+def test_an_effect_of_the_most_probable_model_is_named_where_fitted_and_held_out_sequences_together_show_it(
+    monkeypatch,
+):
+    """The constants alone are as probable as the weak plate by what was fitted; what was set aside shows the plate."""
+    searched = to_search(Task(recorded()), lambda stage: None, serially)
+    choice = searched.choice
+    survivors = (Survivor(choice.fitted, 0.0, 0.5), Survivor(choice.calibrated, 0.0, 0.5))
+    simple = replace(searched, choice=replace(choice, fitted=choice.calibrated, survivors=survivors))
+    found = check(simple)
+    assert [effect.hypothesis.name for effect in found.named] == ["weakened_plate (plate 4)"]
+    (said,) = (remark for remark in found.remarks if remark.startswith("what was set aside"))
+    assert "decided that weakened_plate (plate 4) is named" in said
+    assert said.endswith("it confirms nothing")
+    monkeypatch.setattr(Unseen, "log_score", lambda *_: -0.5)  # nothing of what was set aside speaks for the plate
+    assert not check(simple).named
+    worse = (survivors[1], replace(survivors[0], log_evidence=-5.0))
+    monkeypatch.undo()
+    assert not check(replace(simple, choice=replace(simple.choice, survivors=worse))).named
 
 
 def test_what_it_would_take_to_predict_a_sequence_is_said(monkeypatch):

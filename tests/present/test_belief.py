@@ -19,7 +19,7 @@ from prb3r.present.diagnosis.sentences import confirmation, estimate_texts, perc
 
 NOMINAL = load_manipulator("studies/manipulators/two-segment.toml")
 PLATE, PULLEY = "weakened_plate (plate 4)", "pulley_friction"
-WEAK, WORN = SimpleNamespace(kind="weakened_plate"), SimpleNamespace(kind="pulley_friction")
+WEAK, WORN = (SimpleNamespace(name=name, kind=name.split(" (")[0]) for name in (PLATE, PULLEY))
 
 
 def told(**known):
@@ -62,6 +62,10 @@ def test_sets_that_stand_are_listed_with_their_probabilities_most_probable_first
     [
         ((model(0.9, PLATE), model(0.1, PLATE, PULLEY)), "What is named is in all of them; the others add"),
         ((model(1.0, PLATE),), "No other set of effects stands."),
+        (
+            (model(0.8, PLATE), model(0.2, "weakened_plate (plate 5)")),
+            "Sets that have effects of the kinds that are named at other places have 20 % together",
+        ),
         ((model(0.97, PLATE), model(0.03, PULLEY)), "Sets that lack something of what is named have 3 % together"),
     ],
 )

@@ -10,7 +10,7 @@ from prb3r.diagnosis.chance import chi2_critical, f_tail, normal_critical
 from prb3r.diagnosis.checks.doubt import likeliest
 from prb3r.diagnosis.evidence.outliers import Doubts, NotedWeight, lone_inflation, outlier_inflation
 from prb3r.diagnosis.evidence.rig_as_made import rig_as_made
-from prb3r.diagnosis.fit.covariance import Noise, noise_of
+from prb3r.diagnosis.fit.covariance import Noise, noise_of, reading_sd
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.fit.prediction import Predictor, Solution, predictor
 from prb3r.diagnosis.fit.response import tension_response
@@ -156,13 +156,14 @@ class Unseen:
         return compared(self.predict, made.noise, self.solved(fitted).readings, made.readings)
 
     def log_score(self, fitted: Fit) -> float | None:
-        """Log score a reading: minus half the mean squared whitened error, less the mean ln of the factor by which
-        tension scatter widens the reading noise; None where a step has no equilibrium."""
+        """ln density of the readings as `fitted` predicts them, a reading, beside that of readings which hit exactly
+        with the stated noise alone; None where a step has no equilibrium."""
         readings, noise, _ = self.foresee(fitted)
         misfit = self.predict.misfit(readings)
         if not np.isfinite(misfit).all():
             return None
-        return float(np.mean(-(noise.whiten(misfit) ** 2) / 2)) - float(np.mean(np.log(noise.total_sd / noise.sd)))
+        exact = -float(np.log(reading_sd(self.predict.recording)).sum())
+        return (noise.log_density(misfit) - exact) / len(misfit)
 
     def judged(self, fitted: Fit) -> tuple[JudgedSequence, ...]:
         """Every sequence set aside, in the order of the recording, with the chance of an error this large if `fitted`

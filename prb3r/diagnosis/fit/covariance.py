@@ -101,6 +101,11 @@ class Noise:
     level: NoiseLevel = AS_STATED
     """The level that the covariance was made for."""
 
+    def log_density(self, misfit: np.ndarray) -> float:
+        """ln density of a `misfit` (r,) of the readings, m or rad, but for the constant of r normal densities."""
+        shrunk = sum(float(np.log1p(-block.shrink).sum()) for block in self.blocks)
+        return float(np.log(self.root.diagonal()).sum()) + shrunk - float((self.whiten(misfit) ** 2).sum()) / 2
+
     def whiten(self, values: np.ndarray) -> np.ndarray:
         """(r, ...) deviations `values` of the readings, made independent and of unit variance."""
         out = self.root @ values

@@ -55,11 +55,13 @@ def chosen_by(first: Fit, chosen: Fit, fresh: Unseen | None) -> list[str]:
     if fresh is None or chosen is first:
         return []
     before, after = ({effect.name for effect in fitted.model.hypotheses} for fitted in (first, chosen))
-    sets = [", ".join(sorted(some)) or "nothing more" for some in (after - before, before - after)]
-    return [
-        f"what was set aside ({', '.join(fresh.predict.recording.sequences)}) chose between {sets[0]} and {sets[1]}, "
-        "which explain what was fitted alike: it confirms nothing"
-    ]
+    more, fewer = (", ".join(sorted(some)) for some in (after - before, before - after))
+    aside = ", ".join(fresh.predict.recording.sequences)
+    if not fewer:
+        decided = f"decided that {more} is named, which what was fitted shows less surely"
+    else:
+        decided = f"chose between {more or 'nothing more'} and {fewer}, which explain what was fitted alike"
+    return [f"what was set aside ({aside}) {decided}: it confirms nothing"]
 
 
 def what_it_takes(choice: Choice, with_them: Choice | None, failed: Sequence[str]) -> str:
@@ -149,19 +151,19 @@ def as_many_as_sought(choice: Choice) -> list[str]:
 
 
 def likely_too(choice: Choice) -> list[str]:
-    """Kinds of effects that are more likely there than not but are not named, a sentence each: where none is named,
-    beside the named effects, or in the place of those that the models with that kind mostly lack."""
+    """Effects that are more likely there than not but are not named, a sentence each: where none is named, beside the
+    named effects, or in the place of those that the models with that effect mostly lack."""
     remarks = []
-    for kind, probability in sorted(choice.likely.items(), key=lambda pair: -pair[1]):
-        having = [survivor for survivor in choice.survivors if kind in survivor.kinds]
+    for name, probability in sorted(choice.likely.items(), key=lambda pair: -pair[1]):
+        having = [s for s in choice.survivors if name in s.kinds or name in {one.name for one in s.effects}]
         beside = presence_of(having)
         gone = [named for named in sorted(choice.kinds) if beside.get(named, 0.0) < probability / 2]
         told = f"(probability {probability:.2f})"
         if gone:
-            remarks.append(f"{kind} is likelier there than not {told}, in the place of {' and '.join(gone)}")
+            remarks.append(f"{name} is likelier there than not {told}, in the place of {' and '.join(gone)}")
         else:
             so = "likely there too" if choice.kinds else "likelier there than not"
-            remarks.append(f"{kind} is {so} {told}, though not sure enough to be named")
+            remarks.append(f"{name} is {so} {told}, though not sure enough to be named")
     return remarks
 
 

@@ -172,7 +172,7 @@ def _tolerances(estimates: EstimatedTolerances) -> tuple[ToleranceFound, ...]:
 
 def _effect(named: Named, investigation: Investigation) -> NamedEffect:
     """A named effect as plain data: numbers with intervals, sentences and rivals, without its fits."""
-    explained, probability = investigation.explained, investigation.choice.presence.get(named.hypothesis.kind, 0.0)
+    explained, probability = investigation.explained, investigation.choice.probability_of(named.hypothesis)
     settings = explained.model.settings
     hypothesis, friction = named.hypothesis, explained.model.friction(explained.p)
     free = {free.name: free for free in hypothesis.free}

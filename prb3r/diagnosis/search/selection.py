@@ -113,10 +113,29 @@ class Choice:
         survivors = (replace(survivor, probability=survivor.probability / total) for survivor in left)
         return replace(self, survivors=tuple(survivors)) if refuted else self
 
+    def probability_of(self, hypothesis: Hypothesis) -> float:
+        """Probability that a chosen effect is present, at its place or another one.
+
+        Of several chosen effects of one kind, those of which the surviving models say the place most surely count
+        first: the second one is present where a model has two of the kind.
+        """
+        same = [other for other in self.fitted.model.hypotheses if other.kind == hypothesis.kind]
+        same.sort(key=lambda other: -sum(s.probability for s in self.survivors if other in s.effects))
+        number = same.index(hypothesis)
+        having = (s for s in self.survivors if sum(other.kind == hypothesis.kind for other in s.effects) > number)
+        return sum(survivor.probability for survivor in having)
+
     @property
     def likely(self) -> Mapping[str, float]:
-        """Probability of each kind that is more likely present than absent, though the chosen model lacks it."""
-        return {kind: p for kind, p in self.presence.items() if kind not in self.kinds and p > 0.5}
+        """Probability of what is more likely present than absent, though the chosen model lacks it: of kinds of
+        effects, and of an effect at its place where the kind is chosen at others, by kind or name."""
+        kinds = {kind: p for kind, p in self.presence.items() if kind not in self.kinds and p > 0.5}
+        elsewhere = dict[str, float]()
+        for survivor in self.survivors:
+            for one in survivor.effects - self.effects:
+                if one.kind in self.kinds:
+                    elsewhere[one.name] = elsewhere.get(one.name, 0.0) + survivor.probability
+        return kinds | {name: p for name, p in elsewhere.items() if p > 0.5}
 
     @property
     def alternatives(self) -> tuple[frozenset[str], ...]:

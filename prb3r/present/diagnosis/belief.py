@@ -153,6 +153,13 @@ def standing_sets(diagnosis: Diagnosis) -> str:
     if lacking:
         chance = say.percent(sum(model.probability for model in lacking))
         return f"Sets that lack something of what is named have {chance} together, too little to count."
+    names = {effect.name for effect in diagnosis.effects}
+    elsewhere = sum(model.probability for model in diagnosis.models if not names <= set(model.effects))
+    if elsewhere:
+        return (
+            f"Sets that have effects of the kinds that are named at other places have {say.percent(elsewhere)} "
+            "together: the kinds are surer than the places."
+        )
     if len(stand) > 1:
         return (
             "What is named is in all of them; the others add an effect that these recordings neither show nor exclude."
