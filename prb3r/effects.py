@@ -32,7 +32,16 @@ from prb3r.model.effects.friction import (
     WornHole,
     WrapSaturation,
 )
-from prb3r.model.effects.loads import BaseTilt, Gravity, TipForce, TipLoadFriction, TipMass, Umbilical, WeightFriction
+from prb3r.model.effects.loads import (
+    BaseTilt,
+    Gravity,
+    SelfWeight,
+    TipForce,
+    TipLoadFriction,
+    TipMass,
+    Umbilical,
+    WeightFriction,
+)
 from prb3r.model.effects.plates import (
     BaseCompliance,
     CableBending,
@@ -81,6 +90,7 @@ __all__ = [
     "PulleyFriction",
     "RateDependentFriction",
     "SegmentStiffness",
+    "SelfWeight",
     "SlipHistory",
     "StiffnessGradient",
     "SuperelasticPlate",

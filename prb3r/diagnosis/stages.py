@@ -47,7 +47,6 @@ from prb3r.diagnosis.result.rig_remarks import (
     scattered,
     strained,
     weighed,
-    without_mass,
     wrong_weights,
 )
 from prb3r.diagnosis.search.apply import Apply
@@ -239,7 +238,6 @@ def check(searched: Searched, blunder: Blunder | None = None) -> Investigation:
             *([] if why or choice.share_of_stated < 1 else against_the_best(checks, task.settings)),
             *beyond_tolerance(tolerances, task.settings),
             *(off_as_drawn(fresh, choice.fitted) if not failed else ()),
-            *(without_mass(training.manipulator) if verdict in ("ambiguous", "unexplained") else ()),
             *never_unloaded(choice, doubted.search.library),
             *scattered(doubted.repeated),
             *noisy(choice.level, task.settings),

@@ -53,7 +53,8 @@ def library(rubbing, frictionless, limp, nitinol):
     carried = [each for each in hypotheses(scope(effect=[SAG])) if each.kind == "tip_mass"]
     closing = [each for each in hypotheses(limp) if each.kind == "notch_closing"]
     plateau = [each for each in hypotheses(nitinol) if each.kind in ("superelastic_plate", "flag_hysteresis")]
-    return [(each, MU) for each in (*hypotheses(rubbing), *closing, *plateau, *carried)] + [
+    unweighed = [each for each in hypotheses(scope(disk={"thickness_m": 0.004})) if each.kind == "self_weight"]
+    return [(each, MU) for each in (*hypotheses(rubbing), *closing, *plateau, *carried, *unweighed)] + [
         (each, 0.0) for each in hypotheses(frictionless)
     ]
 

@@ -169,7 +169,10 @@ def test_what_cannot_be_is_not_suspected(rubbing, frictionless):
     assert "dead_cable (cable 2)" not in names(unloaded, "dead_cable")
     assert not names(unloaded, "tip_load_friction", "weight_friction")
     assert names(rubbing, "weight_friction") == [f"weight_friction{disk}" for disk in ("", " (disk 2)", " (disk 5)")]
-    assert names(rubbing, "gravity", "tip_load_friction") == ["gravity", "tip_load_friction"]
+    ways = ["gravity", "gravity (y_m_s2 0.0)", "gravity (x_m_s2 0.0)"]
+    assert names(rubbing, "gravity", "self_weight", "tip_load_friction") == [*ways, "tip_load_friction"]
+    ways = ["self_weight", "self_weight (y_n 0.0)", "self_weight (x_n 0.0)"]
+    assert names(weightless, "gravity", "self_weight", "tip_mass") == ways
     blind = rubbing.recording.readings.where(rubbing.recording.readings.kind == 2)
     assert not names(
         rubbing._replace(recording=replace(rubbing.recording, readings=blind)), "camera_scale", "lens_distortion"

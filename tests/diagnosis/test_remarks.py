@@ -22,7 +22,6 @@ from prb3r.diagnosis.result.rig_remarks import (
     misplaced_marker,
     noisy,
     scattered,
-    without_mass,
 )
 from prb3r.diagnosis.search.apply import serially
 from prb3r.diagnosis.search.pool import Survivor
@@ -169,11 +168,3 @@ def test_only_noise_above_the_stated_one_is_looked_for_on_the_rig(factor):
         assert (f"look for what disturbs {disturbed}" in said) == (factor > 1)
     (again,) = scattered(Scatter(factor, 44, factor > 1))
     assert ("more than chance allows" in again) == (factor > 1)
-
-
-def test_that_gravity_could_not_act_is_told():
-    manipulator = recorded().manipulator
-    assert not without_mass(manipulator)
-    massless = manipulator.model_copy(update={"disk": manipulator.disk.model_copy(update={"mass_kg": 0.0})})
-    (said,) = without_mass(massless)
-    assert "mass_kg" in said

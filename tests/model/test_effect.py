@@ -134,6 +134,14 @@ def test_plates_have_masses_of_their_own_and_the_tip_may_carry_more():
         manipulator(sag, {"kind": "tip_mass", "mass_kg": -0.07}, **heavy)
 
 
+def test_the_weight_of_the_arm_itself_is_shared_evenly_by_the_disks():
+    """4 N across and -2 N along an arm of four disks, in two effects that add up: 1 N and -0.5 N on each."""
+    rig = manipulator({"kind": "self_weight", "y_n": 4.0}, {"kind": "self_weight", "x_n": -2.0})
+    bare = manipulator().chain()
+    assert same(state(rig), solve_chain(bare, loads(bare, [[40.0, 0.0]], force=np.tile([-0.5, 1.0], (4, 1)))))
+    assert not same(state(rig), state(manipulator()))
+
+
 def test_on_a_tilted_base_all_dead_loads_act_turned_the_other_way():
     """A force of 2 N on disk 2, 3 N at the tip and the weight of the disks, on a base tilted by 0.4 rad."""
     tilt, sag = {"kind": "base_tilt", "angle_rad": 0.4}, {"kind": "gravity", "y_m_s2": -9.8}

@@ -116,6 +116,7 @@ def later_effects(rng):
         {"kind": "tip_mass", "mass_kg": u(0, 0.2)},
         {"kind": "base_tilt", "angle_rad": u(-0.3, 0.3)},
         {"kind": "gravity", "x_m_s2": u(-5, 5), "y_m_s2": u(-5, 5)},
+        {"kind": "self_weight", "x_n": u(-3, 3), "y_n": u(-3, 3)},
     ]
 
 

@@ -1,5 +1,5 @@
-"""Suspects among the loads: unrecorded ones (gravity, a force or a mass at the tip, an umbilical) and recorded ones of
-which friction takes a part."""
+"""Suspects among the loads: unrecorded ones (gravity, the weight of the arm, a force or a mass at the tip, an
+umbilical) and recorded ones of which friction takes a part."""
 
 from collections.abc import Iterator
 
@@ -9,17 +9,54 @@ from prb3r.diagnosis.library.hypothesis import Free
 from prb3r.diagnosis.library.scope import Place, Scope, whole_rig_if
 from prb3r.diagnosis.library.suspect import OF_THE_SETUP, Occurrence, Suspect, left_behind, rare, with_the_same
 from prb3r.diagnosis.library.totals import load_of_disks
+from prb3r.diagnosis.settings import Settings
+
+STEEL_N_PER_M3 = 7.8e4
+"""Weight of steel by volume: 7900 kg/m^3 times 9.81 m/s^2, rounded."""
+
+
+def _weighs_something(settings: Settings) -> float:
+    """Prior probability that gravity acts in the plane: `Settings.weighing_presence`."""
+    return settings.weighing_presence
+
+
+def _in_any_direction(unit: str) -> tuple[Place, ...]:
+    """Places of a load that points in any direction of the plane, or along one axis, as an arm mostly lies, hangs or
+    stands: then its part along the other one is held at 0."""
+    return {}, {f"y_{unit}": 0.0}, {f"x_{unit}": 0.0}
+
+
+def _along(fitted: Occurrence, unit: str, in_words: str) -> str:
+    """The fitted parts of a load along either axis in words, such as `9.8 m/s^2 along x`; none that is held at 0."""
+    parts = ((axis, fitted.estimates.get(f"{axis}_{unit}")) for axis in "xy")
+    return " and ".join(f"{size} {in_words} along {axis}" for axis, size in parts if size is not None)
 
 
 def _gravity(scope: Scope, place: Place) -> tuple[Free, ...]:
     """Free parameters of `gravity`: up to twice that of the earth along either axis, as the mass of disks is seldom
     known well; prior sd 7 m/s^2 for each, which makes the earth's of both."""
-    return tuple(Free(f"{axis}_m_s2", 0.0, -20.0, 20.0, scale=10.0, sd=0.7) for axis in "xy")
+    both = (Free(f"{axis}_m_s2", 0.0, -20.0, 20.0, scale=10.0, sd=0.7) for axis in "xy")
+    return tuple(free for free in both if free.name not in place)
 
 
 def _gravity_sentence(fitted: Occurrence) -> str:
-    x, y = fitted.estimates["x_m_s2"], fitted.estimates["y_m_s2"]
-    return f"Gravity acts in the plane: {x} m/s^2 along x and {y} m/s^2 along y on every disk's mass."
+    return f"Gravity acts in the plane: {_along(fitted, 'm_s2', 'm/s^2')} on every disk's mass."
+
+
+def _self_weight(scope: Scope, place: Place) -> tuple[Free, ...]:
+    """Free parameters of `self_weight`, of the size of `tip_force`, since cables can hold the arm, and at most the
+    weight of a round bar of steel that reaches to the outermost cable; prior sd 0.3 times the lesser of both."""
+    bar = STEEL_N_PER_M3 * np.pi * scope.arm**2 * scope.chain.length
+    size = min(scope.moment / scope.chain.length, bar)
+    both = (Free(f"{axis}_n", 0.0, -bar, bar, scale=size, sd=0.3) for axis in "xy")
+    return tuple(free for free in both if free.name not in place)
+
+
+def _self_weight_sentence(fitted: Occurrence) -> str:
+    return (
+        f"The arm sags under its own weight, which the manipulator file leaves out: {_along(fitted, 'n', 'N')} in all, "
+        "shared by the disks. Give disks and plates their masses (mass_kg), and gravity its direction."
+    )
 
 
 def _force(scope: Scope, place: Place) -> tuple[Free, ...]:
@@ -111,8 +148,17 @@ LOAD_SUSPECTS = (
         "gravity",
         _gravity_sentence,
         OF_THE_SETUP,
-        places=lambda scope: whole_rig_if(bool(scope.manipulator.disk_masses.any())),
+        places=lambda scope: _in_any_direction("m_s2") if scope.manipulator.disk_masses.any() else (),
         free=_gravity,
+        presence=_weighs_something,
+    ),
+    Suspect(
+        "self_weight",
+        _self_weight_sentence,
+        OF_THE_SETUP,
+        places=lambda scope: _in_any_direction("n") if scope.arm and not scope.manipulator.disk_masses.any() else (),
+        free=_self_weight,
+        presence=_weighs_something,
     ),
     Suspect("tip_force", _force_sentence, OF_THE_SETUP, free=_force, presence=rare),
     Suspect(

@@ -57,7 +57,11 @@ def named_effect(choice: Choice, number: int, search: Search, fresh: Unseen | No
     """
     fitted = choice.fitted
     hypothesis = fitted.model.hypotheses[number]
-    near = [rival for rival in rivals(choice, number, search) if rival.indistinguishable]
+    near = [
+        rival
+        for rival in rivals(choice, number, search)
+        if rival.indistinguishable and not rival.hypothesis.generalises(hypothesis)
+    ]
     if fresh and not partial and not fresh.refutes(fitted):
         near = [rival for rival in near if not fresh.refutes(rival.fitted)]
     elsewhere = [rival for rival in near if _same_but_place(rival.hypothesis, hypothesis)]

@@ -18,7 +18,6 @@ from prb3r.diagnosis.fit.tolerance import EstimatedTolerances
 from prb3r.diagnosis.settings import Settings
 from prb3r.model.effects.plates import DiskContact
 from prb3r.model.files.cells import count
-from prb3r.model.manipulator import Manipulator
 from prb3r.recording.recording import Recording
 
 PARTS_NAMED = 3
@@ -80,13 +79,6 @@ def below_stated(share: float) -> list[str]:
         f"what is left does not look like noise, but is only {share:.2g} times what is stated of readings and "
         "tensions: within their accuracy, if that is stated rightly"
     ]
-
-
-def without_mass(manipulator: Manipulator) -> list[str]:
-    """A remark that gravity was not suspected, where the manipulator file gives no part a mass."""
-    if manipulator.disk_masses.any():
-        return []
-    return ["gravity was not suspected, as the manipulator file gives disks and plates no mass (mass_kg)"]
 
 
 def strained(fitted: Fit) -> list[str]:

@@ -46,6 +46,15 @@ class Search:
         known = dict.fromkeys(self.assumed.values, float(logit(self.settings.assumed_presence)))
         return {hypothesis: float(odds[hypothesis.kind]) for hypothesis in self.library} | known
 
+    @cached_property
+    def general(self) -> tuple[Hypothesis, ...]:
+        """The library without special forms, such as gravity along one axis.
+
+        Models are sought with the general form, which leaves all ways open; special forms take its place in what is
+        found (:func:`prb3r.diagnosis.search.twins.in_special_forms`).
+        """
+        return tuple(one for one in self.library if not any(other.generalises(one) for other in self.library))
+
     @property
     def here(self) -> "Search":
         """A copy that runs its tasks serially, so that it can be sent to a worker process."""
@@ -69,7 +78,7 @@ class Search:
 def examine(fitted: Fit, search: Search) -> Scores:
     """Score test on the residuals of `fitted`: of every hypothesis that it lacks, and of every moment law without a
     mechanism (`laws`)."""
-    rest = [hypothesis for hypothesis in search.library if hypothesis not in fitted.model.hypotheses]
+    rest = [hypothesis for hypothesis in search.general if hypothesis not in fitted.model.hypotheses]
     history = fitted.solved.chain.presliding > 0
     share = fitted.model.settings.tested_together if history else max(len(rest), 1)
     tasks = [(fitted, rest[k : k + share]) for k in range(0, len(rest), share)]

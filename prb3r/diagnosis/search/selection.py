@@ -19,7 +19,7 @@ from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.diagnosis.search.pool import Effects, Pool, Survivor
 from prb3r.diagnosis.search.search import Search, examine
-from prb3r.diagnosis.search.twins import twins_of
+from prb3r.diagnosis.search.twins import in_special_forms, twins_of
 from prb3r.diagnosis.settings import Settings
 
 
@@ -133,7 +133,8 @@ class Choice:
         elsewhere = dict[str, float]()
         for survivor in self.survivors:
             for one in survivor.effects - self.effects:
-                if one.kind in self.kinds:
+                same = any(one.generalises(chosen) or chosen.generalises(one) for chosen in self.effects)
+                if one.kind in self.kinds and not same:
                     elsewhere[one.name] = elsewhere.get(one.name, 0.0) + survivor.probability
         return kinds | {name: p for name, p in elsewhere.items() if p > 0.5}
 
@@ -210,31 +211,36 @@ def explore_until_settled(pool: Pool, search: Search, doubts: Doubts) -> Explore
 
 def exchange_effects(explored: Explored, search: Search) -> Explored:
     """Exchange every effect of the chosen model for others; search on as long as that finds a better model, at most
-    `Settings.exchanges` times."""
+    `Settings.exchanges` times; then try special forms of the effects of all surviving models."""
     for _ in range(explored.pool.settings.exchanges):
         if not explored.pool.exchange(explored.chosen()):
             break
         explored = explore_until_settled(explored.pool, search, explored.doubts)
+    for survivor in explored.pool.survivors():
+        for special in in_special_forms(survivor.fitted, search.library):
+            explored.pool.add(special)
     return explored
 
 
 def choose(explored: Explored, search: Search) -> Choice:
     """The choice at the end of a search, with tests of what the chosen and the most probable model leave.
 
-    Models whose ln evidence is less than that of the most probable one by no more than `Settings.better_exchanged` are
-    as good as it: so small a difference hangs on rounding.  Of those that leave nothing beyond noise, which the
-    evidence does not ask, the one counts that names the fewest effects; where all leave something, the most probable.
+    What a model leaves beyond noise the evidence does not ask.  A model that leaves nothing counts in the place of the
+    most probable one if that leaves something and is not strongly more probable (`Settings.simpler_reach`).  Those
+    within `Settings.better_exchanged` are as probable as it, as so small a difference hangs on rounding: of them the
+    one that names the fewest effects comes first.  Where all leave something, the most probable counts.
     """
     survivors, settings = explored.pool.survivors(), explored.pool.settings
-    least = survivors[0].log_evidence - settings.better_exchanged
-    orders = [
-        (near, *(other for other in survivors if other is not near))
-        for near in survivors
-        if near is survivors[0] or near.log_evidence >= least
-    ]
-    orders.sort(key=lambda order: len(simplest(order, settings).model.hypotheses))  # stable: the most probable first
+    behind = {survivor: survivors[0].log_evidence - survivor.log_evidence for survivor in survivors}
+    near = [survivor for survivor in survivors if behind[survivor] <= settings.simpler_reach]
+    orders = [(first, *(other for other in survivors if other is not first)) for first in near]
+
+    def rank(order: tuple[Survivor, ...]) -> tuple[float, int]:
+        worse = behind[order[0]] > settings.better_exchanged
+        return (behind[order[0]], 0) if worse else (0.0, len(simplest(order, settings).model.hypotheses))
+
     choices = []
-    for order in orders:
+    for order in sorted(orders, key=rank):
         choices.append(_choice_of(order, explored, search))
         if not choices[-1].structured:
             return choices[-1]

@@ -6,6 +6,8 @@ another, and little by little; plates that dissipate, and that soften and give b
 disks that touch, and notches that close.  A search that adds and exchanges one effect at a time stays with the twin
 that it found first, since all other constants and effects have settled beside it.  Which twin is right decides what
 another design does.
+
+A special form of an effect, such as gravity along one axis, needs fewer parameters where it is right.
 """
 
 from collections.abc import Iterator, Sequence
@@ -117,6 +119,16 @@ def of_flags(fitted: Fit, library: Sequence[Hypothesis]) -> Iterator[Fit]:
             ends = [fit(twin, np.clip(start, *twin.bounds(start))) for start in starts]
             if any(ends):
                 yield min((ended for ended in ends if ended is not None), key=lambda ended: ended.chi2)
+
+
+def in_special_forms(fitted: Fit, library: Sequence[Hypothesis]) -> Iterator[Fit]:
+    """Fits of a model with a special form in the place of an effect that generalises it, as gravity along one axis."""
+    friction = fitted.model.friction(fitted.p)
+    for k, (effect, general) in enumerate(zip(fitted.effects, fitted.model.hypotheses, strict=True)):
+        for special in library:
+            if general.generalises(special):
+                begun = [free.at(getattr(effect, free.name), friction) for free in special.free]
+                yield from _with_another(fitted, k, special, np.array(begun))
 
 
 def _with_another(

@@ -17,6 +17,8 @@ class LibrarySettings:
     Choice: of thirty rigs one."""
     rubbing_presence: float = 0.3
     """The same of cables that rub other than the file says.  Choice: nearly every rig has friction."""
+    weighing_presence: float = 0.3
+    """The same of gravity in the plane.  Choice: every arm weighs something, and not all lie flat."""
     dissipating_presence: float = 0.05
     """The same of plates that dissipate as they bend to and fro.  Choice: those of spring steel, as most are, do
     not."""

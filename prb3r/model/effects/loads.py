@@ -32,6 +32,23 @@ class Gravity(Effect):
         return "" if masses else "nothing has a mass (disk.mass_kg, disk.tip_mass_kg, segment.1.plate_mass_kg)"
 
 
+class SelfWeight(Effect):
+    """The weight of the arm itself where the manipulator file gives nothing a mass: forces `x_n` and `y_n` in all,
+    shared evenly by the disks from 1 to the tip."""
+
+    kind: Literal["self_weight"]
+    x_n: float = 0.0
+    y_n: float = 0.0
+
+    def change(self, chain: Chain, manipulator: Host) -> Chain:
+        constant = chain.constant or no_loads(chain)
+        share = np.array([self.x_n, self.y_n]) / chain.plates
+        return chain._replace(constant=constant._replace(force=constant.force + share))
+
+    def idle(self, manipulator: Host) -> str:
+        return "x_n and y_n are 0" if self.x_n == self.y_n == 0 else ""
+
+
 class TipForce(Effect):
     """An unrecorded constant force where tip loads act."""
 

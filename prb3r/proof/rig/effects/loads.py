@@ -1,7 +1,7 @@
 """Effects of loads: those that nobody applied, and applied ones of which only a part arrives.
 
-`gravity` pulls at the centres of disks 1..n, and there on a `tip_mass`; `tip_load_friction` does not act on the
-constant `tip_force`.
+`gravity` pulls at the centres of disks 1..n, and there on a `tip_mass`; `self_weight` pulls at them all alike;
+`tip_load_friction` does not act on the constant `tip_force`.
 """
 
 from collections.abc import Iterator
@@ -39,6 +39,10 @@ def _gravity_anew(given: Conditions, form: Candidate, rng: np.random.Generator) 
 
 def _hang(draft: Draft, mass_kg):
     draft.disk_force[-1] += mass_kg * draft.gravity
+
+
+def _bear(draft: Draft, x_n=0.0, y_n=0.0):
+    draft.disk_force += np.array([x_n, y_n]) / len(draft.disk_force)
 
 
 def _push(draft: Draft, x_n=0.0, y_n=0.0):
@@ -105,6 +109,8 @@ LOAD_RECORDS = (
         vector=True,
         reshaped=_gravity_anew,
     ),
+    # never concealed: every nominal design has masses
+    Record("self_weight", _bear, (size("x_n", ANY, optional=True), size("y_n", ANY, optional=True)), vector=True),
     Record(
         "tip_force",
         _push,

@@ -1,0 +1,51 @@
+"""The weight of an arm is found along the axis that it acts along, with the masses of the file or without any."""
+
+from dataclasses import replace
+
+import pytest
+from diagnosis.simulated import Case, recorded
+
+from prb3r.diagnosis.investigate import run_stages
+from prb3r.diagnosis.known import Task
+from prb3r.diagnosis.library import hypotheses
+from prb3r.diagnosis.search.search import Search
+
+SAGGING = Case(hidden=(tuple({"kind": "gravity", "y_m_s2": -6.0}.items()),), seed=1)
+
+
+def massless(recording):
+    """The same readings, with a file that gives nothing a mass."""
+    disk = recording.manipulator.disk.model_copy(update={"mass_kg": 0.0, "tip_mass_kg": 0.0})
+    plates = [segment.model_copy(update={"plate_mass_kg": 0.0}) for segment in recording.manipulator.segment]
+    manipulator = recording.manipulator.model_copy(update={"disk": disk, "segment": plates})
+    assert not manipulator.disk_masses.any()
+    return replace(recording, manipulator=manipulator)
+
+
+@pytest.mark.parametrize("weighed", [True, False])
+def test_the_weight_of_an_arm_is_named_along_its_axis(weighed):
+    """Without masses it is their sum times the gravity that acts, as all disks weigh nearly the same."""
+    recording = recorded(SAGGING)
+    found = run_stages(Task(recording if weighed else massless(recording)))
+    (effect,) = found.effects
+    name, true = ("y_m_s2", -6.0) if weighed else ("y_n", -6.0 * recording.manipulator.disk_masses.sum())
+    assert (effect.kind, effect.certain) == ("gravity" if weighed else "self_weight", True)
+    assert all(rival.behind > 3 for rival in effect.rivals)
+    assert effect.place == {name.replace("y", "x"): 0.0}
+    ((said, size),) = effect.parameters.items()
+    assert said == name
+    assert size.low < true < size.high
+    assert size.high - size.low < 0.35 * abs(true)
+
+
+def test_a_model_has_one_form_of_a_weight_and_is_sought_with_the_general_one(rubbing):
+    """Any direction, and along x or y alone: one model of a rig cannot have two of them."""
+    library = hypotheses(rubbing)
+    general, *special = forms = [each for each in library if each.kind == "gravity"]
+    assert [{free.name for free in each.free} for each in forms] == [{"x_m_s2", "y_m_s2"}, {"x_m_s2"}, {"y_m_s2"}]
+    assert all(first.excludes(second) for first in forms for second in forms)
+    assert [general.generalises(each) for each in forms] == [False, True, True]
+    assert not any(each.generalises(other) for each in special for other in library)
+    others = [each for each in library if each.kind != "gravity"]
+    assert not any(each.generalises(other) for each in others for other in library)
+    assert set(Search(library, 0).general) == {*others, general}
