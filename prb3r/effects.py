@@ -35,6 +35,7 @@ from prb3r.model.effects.friction import (
 from prb3r.model.effects.loads import (
     BaseTilt,
     Gravity,
+    PayloadScale,
     SelfWeight,
     TipForce,
     TipLoadFriction,
@@ -84,6 +85,7 @@ __all__ = [
     "MomentTerm",
     "NonlinearPlate",
     "NotchClosing",
+    "PayloadScale",
     "PlateSoftening",
     "Precurvature",
     "PrecurvatureGradient",

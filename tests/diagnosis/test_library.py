@@ -167,7 +167,7 @@ def test_what_cannot_be_is_not_suspected(rubbing, frictionless):
     loads = known._replace(tension=idle, tip=0 * known.tip, force=0 * known.force)
     unloaded = rubbing._replace(recording=replace(rubbing.recording, loads=loads))
     assert "dead_cable (cable 2)" not in names(unloaded, "dead_cable")
-    assert not names(unloaded, "tip_load_friction", "weight_friction")
+    assert not names(unloaded, "tip_load_friction", "weight_friction", "payload_scale")
     assert names(rubbing, "weight_friction") == [f"weight_friction{disk}" for disk in ("", " (disk 2)", " (disk 5)")]
     ways = ["gravity", "gravity (y_m_s2 0.0)", "gravity (x_m_s2 0.0)"]
     assert names(rubbing, "gravity", "self_weight", "tip_load_friction") == [*ways, "tip_load_friction"]

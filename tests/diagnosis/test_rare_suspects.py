@@ -54,6 +54,7 @@ the share of a coefficient that is estimated too; 6 N bend the arm little."""
         (case(kind="load_cell", quadratic_per_n=0.002), {}),
         (case(kind="tension_play", play_n=2.5), {}),
         (replace(case(kind="base_tilt", angle_rad=-0.06), program="hung"), {}),
+        (replace(case(kind="payload_scale", scale=2.0), program="hung"), {}),
     ],
     ids=lambda value: dict(value.hidden[0])["kind"] if isinstance(value, Case) else "",
 )

@@ -28,7 +28,7 @@ def test_what_differs_in_kind_from_a_chain_without_it_is_said(library):
 def test_one_direction_makes_sense_where_the_other_does_not_exist(library):
     losses = {"pulley_friction", "tip_load_friction", "weight_friction"}
     amounts = {"cable_friction", "hole_clearance", "clamp_compliance", "cable_bending"}
-    amounts |= {"wrap_saturation", "base_compliance", "umbilical", "tension_play"}
+    amounts |= {"wrap_saturation", "base_compliance", "umbilical", "tension_play", "payload_scale"}
     assert {h.kind for h, _ in library if h.continuous and h.sided(friction=0.3)} == losses | amounts | {
         "nonlinear_plate"
     }
@@ -160,6 +160,12 @@ def test_one_direction_makes_sense_where_the_other_does_not_exist(library):
         ("stiffness_gradient", {}, {"tip_to_base": (1.5, 1.4, 1.6)}, "become stiffer and stiffer from the base to the"),
         ("base_tilt", {}, {"angle_rad": (np.pi / 90, np.pi / 180, np.pi / 60)}, "by 2 (1 to 3) degrees, anticlockwise"),
         ("base_tilt", {}, {"angle_rad": (-np.pi / 90, -np.pi / 60, -np.pi / 180)}, "by 2 (1 to 3) degrees, clockwise"),
+        (
+            "payload_scale",
+            {},
+            {"scale": (2.0, 1.9, 2.1)},
+            "are 2 (1.9 to 2.1) times as large as noted: weigh",
+        ),
         ("gravity", {}, {"x_m_s2": (9, 8, 10), "y_m_s2": (1, 0, 2)}, "9 (8 to 10) m/s^2 along x and 1 (0 to 2) m/s^2"),
         ("gravity", {"x_m_s2": 0.0}, {"y_m_s2": (-9, -10, -8)}, "in the plane: -9 (-10 to -8) m/s^2 along y on every"),
         ("self_weight", {"y_n": 0.0}, {"x_n": (2, 1, 3)}, "leaves out: 2 (1 to 3) N along x in all"),

@@ -134,6 +134,14 @@ def test_plates_have_masses_of_their_own_and_the_tip_may_carry_more():
         manipulator(sag, {"kind": "tip_mass", "mass_kg": -0.07}, **heavy)
 
 
+def test_a_payload_that_was_noted_wrongly_acts_as_it_is_on_tip_and_disks():
+    heavier, bare = manipulator({"kind": "payload_scale", "scale": 1.5}).chain(), manipulator().chain()
+    half, whole = ({"tip": [[0.0, 2 * n]], "force": np.tile([0.0, n], (4, 1))} for n in (-0.4, -0.6))
+    noted, acting = (solve_chain(rig, loads(rig, [[40.0, 0.0]], **on)) for rig, on in ((heavier, half), (bare, whole)))
+    assert same(noted, acting)
+    assert not same(noted, solve_chain(bare, loads(bare, [[40.0, 0.0]], **half)))
+
+
 def test_the_weight_of_the_arm_itself_is_shared_evenly_by_the_disks():
     """4 N across and -2 N along an arm of four disks, in two effects that add up: 1 N and -0.5 N on each."""
     rig = manipulator({"kind": "self_weight", "y_n": 4.0}, {"kind": "self_weight", "x_n": -2.0})

@@ -93,8 +93,7 @@ def _tool_sentence(fitted: Occurrence) -> str:
 
 def _loaded(scope: Scope) -> bool:
     """Whether dead loads are noted, or the manipulator file has gravity in the plane."""
-    loads = scope.recording.loads
-    return bool(loads.force.any() or loads.tip.any()) or _weighs(scope)
+    return _noted(scope) or _weighs(scope)
 
 
 def _angle(scope: Scope, place: Place) -> tuple[Free, ...]:
@@ -132,6 +131,17 @@ def _weights(scope: Scope) -> Iterator[Place]:
     yield from whole_rig_if(bool(loaded))
     if len(loaded) > 1:
         yield from ({"disk": disk} for disk in loaded)
+
+
+def _noted(scope: Scope) -> bool:
+    """Whether loads on the tip or on disks are noted."""
+    return bool(scope.recording.loads.force.any() or scope.recording.loads.tip.any())
+
+
+def _payload(scope: Scope, place: Place) -> tuple[Free, ...]:
+    """Free parameter of `payload_scale`: up to ten times what is noted, grams of a hundred being the worst that is
+    overlooked; prior sd 0.5 of its logarithm.  What falls short of what is noted has been lost on its way."""
+    return (Free("scale", 1.0, 1.0, 10.0, log=True, sd=0.5),)
 
 
 def _weight_sentence(fitted: Occurrence) -> str:
@@ -195,4 +205,15 @@ LOAD_SUSPECTS = (
         free=_share,
     ),
     Suspect("weight_friction", _weight_sentence, OF_THE_SETUP, places=_weights, free=_share, quantity=load_of_disks),
+    Suspect(
+        "payload_scale",
+        sentence=lambda fitted: (
+            f"The loads on tip and disks are {fitted.size} times as large as noted: weigh them again, "
+            "with hanger and hook."
+        ),
+        transfer=OF_THE_SETUP,
+        places=lambda scope: whole_rig_if(_noted(scope)),
+        free=_payload,
+        presence=rare,
+    ),
 )

@@ -8,7 +8,7 @@ from pydantic import Field
 
 from prb3r.mechanics.chain import Chain, no_loads
 from prb3r.model.effects.base import Effect, Efficiency, Host, Number
-from prb3r.model.files.numbers import NonNegative
+from prb3r.model.files.numbers import NonNegative, Positive
 from prb3r.model.files.plausible import TiltAngle
 
 
@@ -134,3 +134,16 @@ class WeightFriction(Effect):
     def problems(self, manipulator: Host) -> Iterator[str]:
         if self.disk is not None and self.disk > manipulator.plates:
             yield f"effect {self.kind}: loads act on disks 1 to {manipulator.plates}, not on {self.disk}"
+
+
+class PayloadScale(Effect):
+    """Recorded loads on the tip and on disks act `scale` times as large as noted: a payload that was weighed wrongly,
+    a hanger that was not counted."""
+
+    kind: Literal["payload_scale"]
+    scale: Annotated[Positive, Field(le=100, description="Load that acts over the one that is noted.")]
+
+    def change(self, chain: Chain, manipulator: Host) -> Chain:
+        return chain._replace(
+            tip_efficiency=self.scale * chain.tip_efficiency, disk_efficiency=self.scale * chain.disk_efficiency
+        )

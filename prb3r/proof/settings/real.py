@@ -57,6 +57,7 @@ TYPICAL: Mapping[str, Typical] = {
     "stiffness_gradient": Typical(0.15, 0.7),  # a tip 10 to 40 % softer or stiffer than the base
     "precurvature_gradient": Typical(0.08, 0.4),  # from end to end 10 to 50 % of the largest curvature
     "base_tilt": Typical(0.1, 0.6),  # one to five degrees
+    "payload_scale": Typical(0.1, 0.6),  # from a hanger of a tenth of the weight to twice what is noted
     "superelastic_plate": Typical(1.0, 1.0),  # plateaus as nitinol has them
     "umbilical": Typical(0.05, 0.5),  # 5 to 50 % of the arm's own stiffness from end to end
 }

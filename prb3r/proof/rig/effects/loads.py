@@ -81,6 +81,17 @@ def _hold_weights(draft: Draft, efficiency, disk=None):
     draft.disk_efficiency[slice(None) if disk is None else disk - 1] *= efficiency
 
 
+def _weigh_again(draft: Draft, scale):
+    draft.tip_efficiency *= scale
+    draft.disk_efficiency *= scale
+
+
+def _weighed_wrongly(given: Conditions) -> Iterator[Candidate]:
+    if given.tip_loaded:
+        # up to three times as much: one weight noted of three
+        yield Candidate((), lambda u: {"scale": float(np.exp(u))}, 0, 1.1)
+
+
 def _tether(draft: Draft, stiffness_n_m_per_rad):
     draft.umbilical += stiffness_n_m_per_rad
 
@@ -134,5 +145,12 @@ LOAD_RECORDS = (
         "weight_friction",
         _hold_weights,
         (size("efficiency", FRACTION, Scale.LOGARITHM), replace(one_of("disk", "plates"), optional=True)),
+    ),
+    Record(
+        "payload_scale",
+        _weigh_again,
+        (size("scale", FROM_ZERO, Scale.LOGARITHM),),
+        _weighed_wrongly,
+        rare=True,
     ),
 )
