@@ -11,6 +11,9 @@ from prb3r.diagnosis.library.suspect import OF_THE_SETUP, Occurrence, Suspect, l
 from prb3r.diagnosis.library.totals import load_of_disks
 from prb3r.diagnosis.settings import Settings
 
+OF_THE_MOUNTING = left_behind(
+    "goes with the way this rig was mounted; a design that is mounted alike needs gravity, and masses, in its file"
+)
 STEEL_N_PER_M3 = 7.8e4
 """Weight of steel by volume: 7900 kg/m^3 times 9.81 m/s^2, rounded."""
 
@@ -157,7 +160,7 @@ LOAD_SUSPECTS = (
     Suspect(
         "gravity",
         _gravity_sentence,
-        OF_THE_SETUP,
+        OF_THE_MOUNTING,
         places=lambda scope: _in_any_direction("m_s2") if scope.manipulator.disk_masses.any() else (),
         free=_gravity,
         presence=_weighs_something,
@@ -165,7 +168,7 @@ LOAD_SUSPECTS = (
     Suspect(
         "self_weight",
         _self_weight_sentence,
-        OF_THE_SETUP,
+        OF_THE_MOUNTING,
         places=lambda scope: _in_any_direction("n") if scope.arm and not scope.manipulator.disk_masses.any() else (),
         free=_self_weight,
         presence=_weighs_something,

@@ -65,7 +65,8 @@ class NamedEffect:
     rivals: tuple[RivalEffect, ...]
     """Effects that cannot be told from this one, but for the same effect at the places `among`."""
     probability: float
-    """Probability that an effect of this kind is there, over all surviving models and places."""
+    """Probability that an effect of this kind is there, over all surviving models and places; of several of one kind,
+    that as many are (`Choice.probability_of`)."""
     certain: bool
     """Whether that probability reaches `Settings.certain`."""
     delta_bic: float
