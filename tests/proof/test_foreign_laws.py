@@ -20,9 +20,13 @@ from prb3r.proof.rig.effects import RECORDS
 
 @pytest.fixture(scope="module")
 def leaking():
-    """The diagnosis of a rig whose cables drag each other along: tensions grow by 7 % of the sum of the others."""
+    """The diagnosis of a rig whose cables drag each other along: tensions grow by 7 % of the sum of the others.
+
+    A payload that is larger than noted would imitate that too well.
+    """
     design = drawn_design((201, 3, Flavour.PLAIN))
-    return investigate(Task(recording_of(design, Label(0, "foreign", 3, 1417186782690373192, foreign=("leak", 0.07)))))
+    recording = recording_of(design, Label(0, "foreign", 3, 1417186782690373192, foreign=("leak", 0.07)))
+    return investigate(Task(recording, without=frozenset({"payload_scale"})))
 
 
 @pytest.mark.long

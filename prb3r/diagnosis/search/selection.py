@@ -226,9 +226,10 @@ def choose(explored: Explored, search: Search) -> Choice:
     """The choice at the end of a search, with tests of what the chosen and the most probable model leave.
 
     What a model leaves beyond noise the evidence does not ask.  A model that leaves nothing counts in the place of the
-    most probable one if that leaves something and is not strongly more probable (`Settings.simpler_reach`).  Those
-    within `Settings.better_exchanged` are as probable as it, as so small a difference hangs on rounding: of them the
-    one that names the fewest effects comes first.  Where all leave something, the most probable counts.
+    most probable one if that leaves something and is not strongly more probable (`Settings.simpler_reach`); all its
+    effects must be named then.  Those within `Settings.better_exchanged` are as probable as it, as so small a
+    difference hangs on rounding: of them the one that names the fewest effects comes first.  Where all leave something,
+    the most probable counts.
     """
     survivors, settings = explored.pool.survivors(), explored.pool.settings
     behind = {survivor: survivors[0].log_evidence - survivor.log_evidence for survivor in survivors}
@@ -241,9 +242,11 @@ def choose(explored: Explored, search: Search) -> Choice:
 
     choices = []
     for order in sorted(orders, key=rank):
-        choices.append(_choice_of(order, explored, search))
-        if not choices[-1].structured:
-            return choices[-1]
+        choice = _choice_of(order, explored, search)
+        as_probable = behind[order[0]] <= settings.better_exchanged
+        if not choice.structured and (as_probable or choice.effects == order[0].effects):
+            return choice
+        choices.append(choice)
     return next(choice for choice in choices if choice.survivors[0] is survivors[0])
 
 
