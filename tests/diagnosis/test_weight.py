@@ -48,4 +48,4 @@ def test_a_model_has_one_form_of_a_weight_and_is_sought_with_the_general_one(rub
     assert not any(each.generalises(other) for each in special for other in library)
     others = [each for each in library if each.kind != "gravity"]
     assert not any(each.generalises(other) for each in others for other in library)
-    assert set(Search(library, 0).general) == {*others, general}
+    assert set(Search(library, 0).general_forms) == {*others, general}

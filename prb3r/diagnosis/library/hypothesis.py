@@ -135,10 +135,10 @@ class Hypothesis:
         """Whether a model cannot have both hypotheses: they are equal, or of one kind that occurs once or of which one
         holds what the other fits, or of kinds that stand in the place of each other."""
         if self.kind == other.kind:
-            return self.once or self == other or self.holds_of(other) or other.holds_of(self)
+            return self.once or self == other or self.holds_parameter_of(other) or other.holds_parameter_of(self)
         return in_place_of(self.kind, other.kind)
 
-    def holds_of(self, other: "Hypothesis") -> bool:
+    def holds_parameter_of(self, other: "Hypothesis") -> bool:
         """Whether the hypothesis holds a parameter that `other`, on the same kind of effect, fits: as gravity along one
         axis holds its part along the other one."""
         return self.kind == other.kind and not {name for name, _ in self.place}.isdisjoint(
@@ -147,7 +147,7 @@ class Hypothesis:
 
     def generalises(self, other: "Hypothesis") -> bool:
         """Whether the hypothesis fits what `other` holds, and all that it fits, so that it does as well always."""
-        return other.holds_of(self) and not self.holds_of(other)
+        return other.holds_parameter_of(self) and not self.holds_parameter_of(other)
 
     @property
     def mechanical(self) -> bool:

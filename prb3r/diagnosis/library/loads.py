@@ -142,8 +142,9 @@ def _noted(scope: Scope) -> bool:
 
 
 def _payload(scope: Scope, place: Place) -> tuple[Free, ...]:
-    """Free parameter of `payload_scale`: up to ten times what is noted, grams of a hundred being the worst that is
-    overlooked; prior sd 0.5 of its logarithm.  What falls short of what is noted has been lost on its way."""
+    """Free parameter of `payload_scale`: up to ten times what is noted, a decimal point set wrongly; prior sd 0.5
+    of its logarithm, so mostly less than three times.  What falls short of what is noted is `tip_load_friction` or
+    `weight_friction`."""
     return (Free("scale", 1.0, 1.0, 10.0, log=True, sd=0.5),)
 
 

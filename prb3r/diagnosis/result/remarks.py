@@ -58,7 +58,8 @@ def chosen_by(first: Fit, chosen: Fit, fresh: Unseen | None) -> list[str]:
     more, fewer = (", ".join(sorted(some)) for some in (after - before, before - after))
     aside = ", ".join(fresh.predict.recording.sequences)
     if not fewer:
-        decided = f"decided that {more} is named, which what was fitted shows less surely"
+        verb = "are" if len(after - before) > 1 else "is"
+        decided = f"decided that {more} {verb} named, which what was fitted shows less surely"
     else:
         decided = f"chose between {more or 'nothing more'} and {fewer}, which explain what was fitted alike"
     return [f"what was set aside ({aside}) {decided}: it confirms nothing"]

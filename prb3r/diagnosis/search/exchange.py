@@ -50,7 +50,7 @@ def added(
     barred : a hypothesis that is not considered.
     worth : what every column promises (columns,) beside those of the model: by itself the rise of ln evidence.
     """
-    settings, library = base.model.settings, [hypothesis for hypothesis in search.general if hypothesis != barred]
+    settings, library = base.model.settings, [hypothesis for hypothesis in search.general_forms if hypothesis != barred]
     linear, present = linear_model(base, library, search.log_odds)
     rise = worth(linear, present)
     most = settings.costly_shortlist if base.costly else settings.shortlist

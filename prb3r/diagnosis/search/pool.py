@@ -208,7 +208,7 @@ class Pool:
 
     def linearised(self, fitted: Fit) -> tuple[LinearModel, frozenset[int]]:
         """The linearised model around a fit, and the numbers of the columns that belong to the effects of the fit."""
-        return linear_model(fitted, self.search.general, self.search.log_odds)
+        return linear_model(fitted, self.search.general_forms, self.search.log_odds)
 
     def beginning(
         self, fitted: Fit, linear: LinearModel, chosen: Sequence[int]

@@ -47,7 +47,7 @@ class Search:
         return {hypothesis: float(odds[hypothesis.kind]) for hypothesis in self.library} | known
 
     @cached_property
-    def general(self) -> tuple[Hypothesis, ...]:
+    def general_forms(self) -> tuple[Hypothesis, ...]:
         """The library without special forms, such as gravity along one axis.
 
         Models are sought with the general form, which leaves all ways open; special forms take its place in what is
@@ -78,7 +78,7 @@ class Search:
 def examine(fitted: Fit, search: Search) -> Scores:
     """Score test on the residuals of `fitted`: of every hypothesis that it lacks, and of every moment law without a
     mechanism (`laws`)."""
-    rest = [hypothesis for hypothesis in search.general if hypothesis not in fitted.model.hypotheses]
+    rest = [hypothesis for hypothesis in search.general_forms if hypothesis not in fitted.model.hypotheses]
     history = fitted.solved.chain.presliding > 0
     share = fitted.model.settings.tested_together if history else max(len(rest), 1)
     tasks = [(fitted, rest[k : k + share]) for k in range(0, len(rest), share)]

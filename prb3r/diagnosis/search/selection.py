@@ -233,20 +233,19 @@ def choose(explored: Explored, search: Search) -> Choice:
     """
     survivors, settings = explored.pool.survivors(), explored.pool.settings
     behind = {survivor: survivors[0].log_evidence - survivor.log_evidence for survivor in survivors}
-    near = [survivor for survivor in survivors if behind[survivor] <= settings.simpler_reach]
-    orders = [(first, *(other for other in survivors if other is not first)) for first in near]
-
-    def rank(order: tuple[Survivor, ...]) -> tuple[float, int]:
-        worse = behind[order[0]] > settings.better_exchanged
-        return (behind[order[0]], 0) if worse else (0.0, len(simplest(order, settings).model.hypotheses))
-
+    ranked = list[tuple[float, int, tuple[Survivor, ...]]]()
+    for first in (near for near in survivors if behind[near] <= settings.simpler_reach):
+        order = (first, *(other for other in survivors if other is not first))
+        named = simplest(order, settings).model.hypotheses
+        if behind[first] <= settings.better_exchanged:
+            ranked.append((0.0, len(named), order))
+        elif frozenset(named) == first.effects:
+            ranked.append((behind[first], 0, order))
     choices = []
-    for order in sorted(orders, key=rank):
-        choice = _choice_of(order, explored, search)
-        as_probable = behind[order[0]] <= settings.better_exchanged
-        if not choice.structured and (as_probable or choice.effects == order[0].effects):
-            return choice
-        choices.append(choice)
+    for *_, order in sorted(ranked, key=lambda each: each[:2]):
+        choices.append(_choice_of(order, explored, search))
+        if not choices[-1].structured:
+            return choices[-1]
     return next(choice for choice in choices if choice.survivors[0] is survivors[0])
 
 
