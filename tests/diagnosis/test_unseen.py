@@ -12,7 +12,7 @@ from scipy.stats import chi2
 
 from prb3r.diagnosis import investigate as around
 from prb3r.diagnosis import stages
-from prb3r.diagnosis.checks.heldout import Unseen, chance_of_size, unseen
+from prb3r.diagnosis.checks.heldout import JudgedSequence, Unseen, chance_of_size, unseen
 from prb3r.diagnosis.evidence.outliers import Doubts
 from prb3r.diagnosis.evidence.renewal import renewed
 from prb3r.diagnosis.fit.calibrate import OutOfBalance, fit_constants
@@ -259,6 +259,10 @@ def test_an_effect_of_the_most_probable_model_is_named_where_fitted_and_held_out
     (said,) = (remark for remark in found.remarks if remark.startswith("what was set aside"))
     assert "decided that weakened_plate (plate 4) is named" in said
     assert said.endswith("it confirms nothing")
+    missed = Mock(return_value=(JudgedSequence("twist", 0.04, 1.2, False),))
+    monkeypatch.setattr(Unseen, "judged", missed)  # not refuted, but no model predicts what was set aside well
+    assert not check(simple).named
+    monkeypatch.undo()
     monkeypatch.setattr(Unseen, "log_score", lambda *_: -0.5)  # nothing of what was set aside speaks for the plate
     assert not check(simple).named
     worse = (survivors[1], replace(survivors[0], log_evidence=-5.0))

@@ -1,6 +1,7 @@
 """The weight of an arm is found along the axis that it acts along, with the masses of the file or without any."""
 
 from dataclasses import replace
+from unittest.mock import Mock
 
 import pytest
 from diagnosis.simulated import Case, recorded
@@ -8,7 +9,11 @@ from diagnosis.simulated import Case, recorded
 from prb3r.diagnosis.investigate import run_stages
 from prb3r.diagnosis.known import Task
 from prb3r.diagnosis.library import hypotheses
+from prb3r.diagnosis.result import named
+from prb3r.diagnosis.search.apply import serially
+from prb3r.diagnosis.search.rivals import Rival
 from prb3r.diagnosis.search.search import Search
+from prb3r.diagnosis.stages import check, to_search
 
 SAGGING = Case(hidden=(tuple({"kind": "gravity", "y_m_s2": -6.0}.items()),), seed=1)
 
@@ -36,6 +41,17 @@ def test_the_weight_of_an_arm_is_named_along_its_axis(weighed):
     assert said == name
     assert size.low < true < size.high
     assert size.high - size.low < 0.35 * abs(true)
+
+
+def test_the_general_form_of_what_is_named_is_no_rival_of_it(monkeypatch):
+    """It always fits as well; a force at the tip that does is one."""
+    searched = to_search(Task(recorded(SAGGING)), lambda stage: None, serially)
+    fitted, library = searched.choice.fitted, searched.tested.doubted.search.library
+    assert [effect.name for effect in fitted.model.hypotheses] == ["gravity (x_m_s2 0.0)"]
+    others = [each for each in library if each.name in ("gravity", "tip_force")]
+    monkeypatch.setattr(named, "rivals", Mock(return_value=[Rival(other, fitted, 0.0, 0.0) for other in others]))
+    (effect,) = check(searched).named
+    assert [rival.hypothesis.name for rival in effect.rivals] == ["tip_force"]
 
 
 def test_a_model_has_one_form_of_a_weight_and_is_sought_with_the_general_one(rubbing):
