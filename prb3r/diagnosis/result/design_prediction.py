@@ -26,18 +26,19 @@ from prb3r.diagnosis.result.posterior import Drawn, Posterior, averaged
 from prb3r.diagnosis.result.workshop import common_stiffness_sd, within_tolerances
 from prb3r.diagnosis.settings import Settings
 from prb3r.errors import Problem, SpecError
+from prb3r.mechanics.equilibrium import Outcome
 from prb3r.model.effects.base import Effect
 from prb3r.model.files.cells import written_out
 from prb3r.model.files.table import read_table
 from prb3r.model.files.toml import toml_text
 from prb3r.model.given import Given, manipulator_of
 from prb3r.model.manipulator import Manipulator
-from prb3r.model.solve import solve, solve_in_blocks
+from prb3r.model.solve import SolvedBlocks, solve_in_blocks
 from prb3r.model.step_checks import TIME
 
 PREDICTED = ("x_m", "y_m", "angle_rad")
 """Coordinates that are predicted for every disk."""
-STANDING = ("converged", "detour")
+STANDING = (Outcome.CONVERGED, Outcome.DETOUR)
 """Outcomes of a solve that are equilibria at which an arm stays."""
 WHAT_TO_GIVE = "give the folder that prb3r diagnose wrote, or its diagnosis.json"
 """What messages ask for in the place of a diagnosis."""
@@ -96,16 +97,17 @@ def predict_design(
     recorded, rng = design.recorded, np.random.default_rng([seed, 1])
     common = common_stiffness_sd(posterior.manipulator, design.given, posterior.tolerance)
 
+    blocks = solve_in_blocks(central, steps)
+
     def predicted(rig: Drawn, made: bool) -> np.ndarray:
         known = design.of(rig).manipulator
         if recorded and rig.parts:
             chain = as_made(known, rig.parts)
         else:
             chain = within_tolerances(known, posterior.tolerance, rng, common) if made else known.chain()
-        solved = replace(solve_in_blocks(known, steps), chain=chain).whole()
-        return solved[list(PREDICTED)].where(solved["outcome"].isin(STANDING)).to_numpy(float)
+        # all rigs take the same loads: what these depend on, cables, plates and kilograms, is the design's own
+        return _positions(replace(blocks, manipulator=known, chain=chain))
 
-    positions = solve(central, steps)
     centre = averaged([(share, predicted(centre, made=False)) for share, centre in posterior.centres])
     if posterior.bending is not None:
         bending = bending_of(central, centre[:, PREDICTED.index("angle_rad")].reshape(-1, central.plates + 1))
@@ -123,7 +125,7 @@ def predict_design(
             )
         share = written_out(100 * lost.max(), ".2g")
         remarks.append(f"at some step {share} % of the draws have no equilibrium; {told}")
-    return DesignPrediction(central, left, tuple(remarks), _banded(positions, centre, spread))
+    return DesignPrediction(central, left, tuple(remarks), _banded(blocks.whole(), centre, spread))
 
 
 def read_posterior(diagnosis: str | Path | Diagnosis) -> tuple[Posterior, str]:
@@ -160,6 +162,18 @@ def read_posterior(diagnosis: str | Path | Diagnosis) -> tuple[Posterior, str]:
         first = error.errors()[0]
         reason = f"posterior.{'.'.join(map(str, first['loc']))}: {first['msg']}"
     raise SpecError(Problem(str(path), reason))
+
+
+def _positions(blocks: SolvedBlocks) -> np.ndarray:
+    """(rows, 3) solved `PREDICTED` of every disk of every step; NaN where no equilibrium stands."""
+    return np.concatenate(
+        [
+            np.where(
+                np.isin(columns["outcome"], STANDING)[:, None], np.stack([columns[n] for n in PREDICTED], 1), np.nan
+            )
+            for _, columns in blocks.columns()
+        ]
+    )
 
 
 def _what_widens(posterior: Posterior, rigs: Sequence[Drawn], spread: np.ndarray) -> list[str]:
