@@ -20,9 +20,8 @@ from prb3r.proof.rig.simulate import simulate
     ],
 )
 def test_mattiasson_cantilever(force, w, u, slope):
-    states = simulate(
-        {"segment": [{"plates": 1, "length_m": 1.0, "bending_stiffness_n_m2": 1.0}]}, [{"tip_y_n": force}]
-    )
+    arm = {"segment": [{"plates": 1, "length_m": 1.0, "bending_stiffness_n_m2": 1.0}]}
+    states = simulate(arm, [{"tip_y_n": force}], elements=24)
     found = states.y[0, 1], 1 - states.x[0, 1], states.angle[0, 1]
     np.testing.assert_allclose(found, (w, u, slope), rtol=0, atol=6e-6)
 
