@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from prb3r.diagnosis.check import check
 from prb3r.diagnosis.checks.setup.find import Blunder, blunders_of, find_blunder
 from prb3r.diagnosis.checks.setup.weigh import moves_nothing, speaks_for, stands_beside
 from prb3r.diagnosis.fit.calibrate import OutOfBalance
@@ -23,7 +24,6 @@ from prb3r.diagnosis.search.starts import search_from_known
 from prb3r.diagnosis.stages import (
     Report,
     calibrate,
-    check,
     coarsened_if_unexplained,
     doubt,
     fitted_part,

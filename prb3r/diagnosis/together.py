@@ -7,6 +7,7 @@ the others say of these.
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+from prb3r.diagnosis.check import check
 from prb3r.diagnosis.fit.calibrate import OutOfBalance
 from prb3r.diagnosis.investigate import STAGES, SetUp, without_blunders
 from prb3r.diagnosis.known import Searched, Task
@@ -16,7 +17,7 @@ from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.diagnosis.result.tell import tell
 from prb3r.diagnosis.search.apply import Apply, serially
 from prb3r.diagnosis.search.together import Alone, choose_together
-from prb3r.diagnosis.stages import Report, check, coarsened_if_unexplained
+from prb3r.diagnosis.stages import Report, coarsened_if_unexplained
 from prb3r.errors import Problem, RecordingError
 from prb3r.markdown import listed, quoted
 

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from diagnosis.simulated import Case, diagnosed, recorded
 
+from prb3r.diagnosis.check import check
 from prb3r.diagnosis.checks.repeats import Scatter
 from prb3r.diagnosis.checks.residuals import ModelCheck
 from prb3r.diagnosis.evidence.noise_level import AS_STATED, EstimatedLevel, EstimatedScale
@@ -27,7 +28,7 @@ from prb3r.diagnosis.search.apply import serially
 from prb3r.diagnosis.search.pool import Survivor
 from prb3r.diagnosis.search.selection import simplest
 from prb3r.diagnosis.settings import Settings
-from prb3r.diagnosis.stages import calibrate, check, doubt, to_search
+from prb3r.diagnosis.stages import calibrate, doubt, to_search
 from prb3r.model.effects.plates import DiskContact
 from prb3r.recording.recording import Kind, Tolerance
 

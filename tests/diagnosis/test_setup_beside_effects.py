@@ -9,6 +9,7 @@ from diagnosis.planted import PLANTED, backward, late, mirrored, other_cables, o
 from diagnosis.simulated import IMITATING, RUBBING, WEAK, YIELDING, Case, recorded
 
 from prb3r.diagnosis import investigate as around
+from prb3r.diagnosis.check import check
 from prb3r.diagnosis.checks.setup.find import Blunder, blunders_of, find_blunder
 from prb3r.diagnosis.checks.setup.weigh import moves_nothing, speaks_for
 from prb3r.diagnosis.fit.calibrate import fit_constants
@@ -21,7 +22,7 @@ from prb3r.diagnosis.result.tell import tell
 from prb3r.diagnosis.search.apply import serially
 from prb3r.diagnosis.search.search import Search
 from prb3r.diagnosis.settings import Settings
-from prb3r.diagnosis.stages import check, to_search
+from prb3r.diagnosis.stages import to_search
 from prb3r.recording.plausibility import contradicted_slips
 
 RIGHT = {

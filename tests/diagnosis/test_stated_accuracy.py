@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from diagnosis.simulated import UNEXPLAINED, Case, recorded
 
+from prb3r.diagnosis.check import check
 from prb3r.diagnosis.evidence.outliers import Doubts
 from prb3r.diagnosis.evidence.stated_accuracy import share_of_stated
 from prb3r.diagnosis.fit.calibrate import fit_constants
@@ -15,7 +16,7 @@ from prb3r.diagnosis.investigate import investigate
 from prb3r.diagnosis.known import Task
 from prb3r.diagnosis.result.tell import tell
 from prb3r.diagnosis.search.apply import serially
-from prb3r.diagnosis.stages import check, to_search
+from prb3r.diagnosis.stages import to_search
 from prb3r.present.diagnosis.sentences import verdict_sentences
 
 

@@ -12,6 +12,7 @@ from scipy.stats import chi2
 
 from prb3r.diagnosis import investigate as around
 from prb3r.diagnosis import stages
+from prb3r.diagnosis.check import check
 from prb3r.diagnosis.checks.heldout import JudgedSequence, Unseen, chance_of_size, unseen
 from prb3r.diagnosis.evidence.outliers import Doubts
 from prb3r.diagnosis.evidence.renewal import renewed
@@ -29,7 +30,7 @@ from prb3r.diagnosis.search.apply import serially
 from prb3r.diagnosis.search.pool import Survivor
 from prb3r.diagnosis.search.rivals import Rival
 from prb3r.diagnosis.settings import Settings
-from prb3r.diagnosis.stages import check, to_search
+from prb3r.diagnosis.stages import to_search
 from prb3r.recording.recording import Recording, Tolerance
 from tests.diagnosis.simulated import WEAK, Case, recorded
 

@@ -6,6 +6,7 @@ from unittest.mock import Mock
 import pytest
 from diagnosis.simulated import Case, recorded
 
+from prb3r.diagnosis.check import check
 from prb3r.diagnosis.investigate import run_stages
 from prb3r.diagnosis.known import Task
 from prb3r.diagnosis.library import hypotheses
@@ -13,7 +14,7 @@ from prb3r.diagnosis.result import named
 from prb3r.diagnosis.search.apply import serially
 from prb3r.diagnosis.search.rivals import Rival
 from prb3r.diagnosis.search.search import Search
-from prb3r.diagnosis.stages import check, to_search
+from prb3r.diagnosis.stages import to_search
 
 SAGGING = Case(hidden=(tuple({"kind": "gravity", "y_m_s2": -6.0}.items()),), seed=1)
 

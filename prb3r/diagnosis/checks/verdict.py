@@ -1,4 +1,4 @@
-"""Why a recording counts as `unexplained`, and the empirical law that is offered instead."""
+"""The verdict on a choice, why it is `unexplained`, and the empirical law that is offered then."""
 
 from collections.abc import Sequence
 
@@ -65,6 +65,19 @@ def why_unexplained(
     if lasting and not choice.kinds and share_of_stated(choice.fitted, choice.doubts) >= 1:
         return "what is left lasts from step to step, as noise does not: something moves that no effect here moves so"
     return ""
+
+
+def verdict_on(choice: Choice, rivals: bool) -> str:
+    """The verdict on a choice that passes every check: `adequate`, `explained` or `ambiguous`.
+
+    Parameters
+    ----------
+    rivals : whether something cannot be told from what is chosen: an effect, or a blunder of the set-up.
+    """
+    if not choice.kinds:
+        return "adequate"
+    more = max(choice.likely.values(), default=0.0) > choice.fitted.model.settings.positive_presence
+    return "ambiguous" if rivals or more or choice.alternatives or choice.structured else "explained"
 
 
 def why_doubtful(choice: Choice, search: Search) -> str:

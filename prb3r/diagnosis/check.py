@@ -1,0 +1,161 @@
+"""The last stage of a diagnosis before it is told: the choice is held against what no fit has seen, and judged."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from prb3r.diagnosis.checks.heldout import JudgedSequence, Unseen, unseen
+from prb3r.diagnosis.checks.predicting import predicting
+from prb3r.diagnosis.checks.residuals import ModelCheck, model_checks
+from prb3r.diagnosis.checks.setup.find import Blunder
+from prb3r.diagnosis.checks.tolerated import tolerances_told
+from prb3r.diagnosis.checks.verdict import empirical_law, verdict_on, why_doubtful, why_unexplained
+from prb3r.diagnosis.evidence.stated_accuracy import share_of_stated
+from prb3r.diagnosis.fit.model import Fit
+from prb3r.diagnosis.fit.tolerance import EstimatedTolerances
+from prb3r.diagnosis.known import Doubted, Searched
+from prb3r.diagnosis.result.investigation import Investigation
+from prb3r.diagnosis.result.named import named_effect, separations, surviving
+from prb3r.diagnosis.result.remarks import (
+    against_the_best,
+    as_many_as_sought,
+    chosen_by,
+    found_before,
+    likely_too,
+    never_unloaded,
+    not_predicted,
+    or_a_blunder,
+    refuted_sets,
+)
+from prb3r.diagnosis.result.rig_remarks import (
+    at_bounds,
+    below_stated,
+    beyond_tolerance,
+    far_rims,
+    misplaced_marker,
+    noisy,
+    off_as_drawn,
+    scattered,
+    strained,
+    weighed,
+    wrong_weights,
+)
+from prb3r.diagnosis.search.pool import Survivor
+from prb3r.diagnosis.search.selection import Choice
+from prb3r.recording.plausibility import slips_the_other_way
+
+
+def check(searched: Searched, blunder: Blunder | None = None) -> Investigation:
+    """Hold the choice against the sequences set aside, and give the verdict, the named effects and the remarks.
+
+    Parameters
+    ----------
+    blunder : a blunder of the set-up that would explain the recording in the place of effects.
+    """
+    tested, choice = searched.tested, searched.choice
+    if choice.structured:
+        choice = replace(choice, share_of_stated=share_of_stated(choice.fitted, choice.doubts))
+    doubted, calibrated = tested.doubted, choice.calibrated
+    task, training = doubted.task, calibrated.model.predict.recording
+    fresh, before = _set_aside(doubted, choice), choice.fitted
+    models = [(survivor.probability, survivor.fitted) for survivor in choice.survivors]
+    choice = predicting(choice, fresh, doubted.search)
+    judged = fresh.judged_by(choice.fitted, models) if fresh else ()
+    failed = [sequence for sequence in judged if fresh and sequence.p < fresh.rate]
+    wrong = (*choice.doubts.weights, *(fresh.doubted if fresh else ()))
+    checks, cables = model_checks(choice, judged), training.manipulator.cable_names
+    why = why_unexplained(choice, failed, [cables[weight.cable] for weight in wrong], checks)
+    refuted = () if fresh is None or why else choice.refuted_by(fresh.refutes)
+    choice = choice.without(refuted)
+    why = why or why_doubtful(choice, doubted.search)
+    effects = range(len(choice.fitted.model.hypotheses))
+    named = tuple(named_effect(choice, k, doubted.search, fresh, partial=bool(why)) for k in effects)
+    law, gain = empirical_law(fresh, calibrated, choice.fitted, task.seed) if why else (None, None)
+    rivals = blunder is not None or any(effect.rivals for effect in named)
+    verdict = "unexplained" if why else verdict_on(choice, rivals)
+    tolerances = tolerances_told(choice.fitted, choice.doubts)
+    return Investigation(
+        recording=doubted.recording,
+        seed=task.seed,
+        verdict=verdict,
+        why=why,
+        training=training,
+        fresh=fresh,
+        calibrated=calibrated,
+        before=tested.scores,
+        choice=choice,
+        doubts=choice.doubts,
+        named=named,
+        models=surviving(choice, fresh),
+        tolerances=tolerances,
+        checks=checks,
+        closure=law,
+        closure_gain=gain,
+        heldout=fresh.judge(calibrated, choice.fitted) if fresh else None,
+        experiments=separations(choice, named) if verdict == "ambiguous" else (),
+        failed=tuple(sequence.name for sequence in failed),
+        rival_blunder=blunder,
+        remarks=(
+            *doubted.recording.remarks,
+            *slips_the_other_way(doubted.recording),
+            *or_a_blunder(blunder),
+            *_on_the_model(choice, doubted, checks, tolerances, unexplained=bool(why)),
+            *_on_the_noise(choice, doubted, fresh),
+            *_on_what_was_set_aside(choice, before, fresh, failed, refuted),
+        ),
+    )
+
+
+def _set_aside(doubted: Doubted, choice: Choice) -> Unseen | None:
+    """The sequences set aside, without weights that neither the choice nor its likely rivals believe; None without
+    any."""
+    fresh = unseen(doubted.recording, doubted.aside, doubted.task.settings, choice.doubts)
+    if fresh is None:
+        return None
+    likely = [survivor for survivor in choice.survivors if survivor.probability >= doubted.task.settings.alike_rate]
+    return fresh.doubting(choice.fitted, [s.fitted for s in likely if s.effects != choice.effects])
+
+
+def _on_the_model(
+    choice: Choice,
+    doubted: Doubted,
+    checks: Sequence[ModelCheck],
+    tolerances: EstimatedTolerances,
+    unexplained: bool,
+) -> tuple[str, ...]:
+    """Remarks on the chosen model, on its rivals and on the parts of the rig."""
+    settings = doubted.task.settings
+    return (
+        *strained(choice.fitted),
+        *at_bounds(choice.fitted),
+        *far_rims(choice.fitted),
+        *found_before(doubted.search.assumed, choice),
+        *as_many_as_sought(choice),
+        *(misplaced_marker(choice.calibrated, choice.doubts) if unexplained else likely_too(choice)),
+        *([] if unexplained or choice.share_of_stated < 1 else against_the_best(checks, settings)),
+        *beyond_tolerance(tolerances, settings),
+        *never_unloaded(choice, doubted.search.library),
+    )
+
+
+def _on_the_noise(choice: Choice, doubted: Doubted, fresh: Unseen | None) -> tuple[str, ...]:
+    """Remarks on the noise, and on weights that are not believed."""
+    return (
+        *scattered(doubted.repeated),
+        *noisy(choice.level, doubted.task.settings),
+        *below_stated(choice.share_of_stated),
+        *wrong_weights(choice.calibrated.model.predict.recording, choice.doubts.weights),
+        *(wrong_weights(fresh.predict.recording, fresh.doubted) if fresh else ()),
+        *weighed(choice.doubts),
+    )
+
+
+def _on_what_was_set_aside(
+    choice: Choice, before: Fit, fresh: Unseen | None, failed: Sequence[JudgedSequence], refuted: Sequence[Survivor]
+) -> tuple[str, ...]:
+    """Remarks on what the sequences set aside say of the choice, and of the model chosen `before` they were asked."""
+    return (
+        *(off_as_drawn(fresh, choice.fitted) if not failed else ()),
+        *not_predicted(failed),
+        *refuted_sets(choice, refuted),
+        *chosen_by(before, choice.fitted, fresh),
+    )
