@@ -30,6 +30,19 @@ def test_bands_hold_the_truth_of_the_same_rig_and_are_narrow(weak_rig):
         assert table[name][beyond].between(low[beyond], high[beyond]).all(), name
 
 
+def test_weights_in_kilograms_pull_every_rig_that_is_drawn(weak_rig):
+    """As their newtons do, where the design's kilogram weighs what its file says."""
+    design = Manipulator.model_validate(manipulator() | {"gravity_m_s2": 4.0})
+    steps = {"sequence": "a", "step": [1, 2], "slip_1": -1}
+    hung, pulled = (
+        predict(weak_rig, design, steps | {f"cable_1_{unit}": loads}, draws=40).positions
+        for unit, loads in (("kg", [5.0, 15.0]), ("n", [20.0, 60.0]))
+    )
+    pd.testing.assert_frame_equal(hung, pulled)
+    tip = pulled["disk"] == 6
+    assert (pulled["y_high_m"] > pulled["y_low_m"])[tip].all()
+
+
 def test_another_number_of_plates_carries_material_and_leaves_the_fault_behind(weak_rig):
     result = run(weak_rig, weak_rig / "longer.toml", "-o", weak_rig / "learnt.toml")
     assert result.exit_code == 0, result.output

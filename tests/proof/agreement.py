@@ -6,7 +6,7 @@ import pandas as pd
 from prb3r.mechanics.equilibrium import Outcome, solve_chain
 from prb3r.model.manipulator import Manipulator
 from prb3r.model.steps import loads_of
-from prb3r.proof.rig.simulate import simulate
+from prb3r.proof.rig.simulate import ELEMENTS_WITH_MEMORY, simulate
 
 
 def random_manipulator(rng, effects, history):
@@ -95,11 +95,12 @@ def disagreements(seed, rigs, effects, history):
 
 
 def disagreement(data, steps):
-    """Largest distance of a disk for every step up to the first that either does not solve."""
+    """Largest distance of a disk for every step up to the first that either does not solve, the rig stepping as finely
+    along every plate as it does along those with hysteresis."""
     manipulator = Manipulator.model_validate(data)
     chain = manipulator.chain()
     engine = solve_chain(chain, loads_of(manipulator, chain, pd.DataFrame(steps)), eigenvalue=True)
-    rig = simulate(data, steps)
+    rig = simulate(data, steps, elements=ELEMENTS_WITH_MEMORY)
     usable = (engine.outcome == Outcome.CONVERGED) & rig.converged
     away = np.hypot(engine.x - rig.x, engine.y - rig.y).max(1) / chain.length
     return away[np.logical_and.accumulate(usable)].tolist()

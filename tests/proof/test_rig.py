@@ -136,6 +136,18 @@ def test_elements_converge():
     assert errors[2] < 1e-9
 
 
+@pytest.mark.parametrize("direction", ["declared", "history"])
+def test_so_many_elements_are_taken_that_more_move_nothing_that_is_read(direction):
+    """Of a plate without hysteresis; one with it takes more of them."""
+    steps = [{"cable_1_n": 100.0, "tip_y_n": 1.0}, {"cable_1_n": 40.0, "cable_3_n": 80.0}]
+    bent = effect("nonlinear_plate", law="smooth", knee_per_m=3.0, ratio=0.5, sharpness=3.0)
+    plain = prototype(bent, plates=4, direction=direction)
+    assert 0 < apart(simulate(plain, steps), simulate(plain, steps, elements=96)) < 1e-6 * LENGTH
+    loops = prototype(effect("hysteretic_plate", slipping_share=0.5, yield_per_m=2.0), plates=4, direction=direction)
+    usual, fine, coarse = (simulate(loops, steps, elements=count) for count in (None, 24, 12))
+    assert apart(usual, fine) == 0 < apart(usual, coarse)
+
+
 def test_a_path_ends_where_the_plate_carries_no_more():
     soft = short(effect("nonlinear_plate", law="cubic", cubic_m2=-0.01))
     states = simulate(soft, [{"cable_up_n": 10.0}, {"cable_up_n": 200.0}, {"cable_up_n": 10.0}])

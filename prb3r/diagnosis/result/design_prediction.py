@@ -96,7 +96,7 @@ def predict_design(
         )
     recorded, rng = design.recorded, np.random.default_rng([seed, 1])
     common = common_stiffness_sd(posterior.manipulator, design.given, posterior.tolerance)
-
+    # loads depend on cables, plates and the worth of a kilogram, which are the design's: the same for every rig
     blocks = solve_in_blocks(central, steps)
 
     def predicted(rig: Drawn, made: bool) -> np.ndarray:
@@ -105,7 +105,6 @@ def predict_design(
             chain = as_made(known, rig.parts)
         else:
             chain = within_tolerances(known, posterior.tolerance, rng, common) if made else known.chain()
-        # all rigs take the same loads: what these depend on, cables, plates and kilograms, is the design's own
         return _positions(replace(blocks, manipulator=known, chain=chain))
 
     centre = averaged([(share, predicted(centre, made=False)) for share, centre in posterior.centres])
@@ -166,14 +165,9 @@ def read_posterior(diagnosis: str | Path | Diagnosis) -> tuple[Posterior, str]:
 
 def _positions(blocks: SolvedBlocks) -> np.ndarray:
     """(rows, 3) solved `PREDICTED` of every disk of every step; NaN where no equilibrium stands."""
-    return np.concatenate(
-        [
-            np.where(
-                np.isin(columns["outcome"], STANDING)[:, None], np.stack([columns[n] for n in PREDICTED], 1), np.nan
-            )
-            for _, columns in blocks.columns()
-        ]
-    )
+    solved = [columns for _, columns in blocks.columns()]
+    outcome, *read = (np.concatenate([columns[name] for columns in solved]) for name in ("outcome", *PREDICTED))
+    return np.where(np.isin(outcome, STANDING)[:, None], np.stack(read, 1), np.nan)
 
 
 def _what_widens(posterior: Posterior, rigs: Sequence[Drawn], spread: np.ndarray) -> list[str]:

@@ -21,9 +21,9 @@ from prb3r.proof.rig.path import RigPath
 ELEMENTS, ELEMENTS_WITH_MEMORY = 12, 24
 """Integration steps along the arc of a plate whose curvature follows from its moment, and of one with hysteresis.
 
-Twice the former move positions of 400 rigs of the proof by at most 1e-6 of the length, and the end of one plate that is
-bent by 1.4 rad by 1e-5.  Plates with flags turn back at one station after the other: half of the latter move positions
-by 4e-4.
+Twice the former move positions in 400 sequences of rigs of the proof by at most 1e-6 of the length, and the end of one
+plate that is bent by 1.4 rad by 1e-5.  Plates with flags turn back at one station after the other: half of the latter
+move positions by 4e-4.
 """
 
 
