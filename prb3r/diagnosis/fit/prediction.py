@@ -73,8 +73,14 @@ class Predictor:
         return self._equilibria(self.chain_of(constants, effects), loads or self.recording.loads)
 
     def _equilibria(self, chain: Chain, loads: Loads) -> Equilibria:
-        begins, number = self.recording.begins, self.number
-        return equilibria_of(chain, loads, from_rest=begins, number=number, allowance=self.settings.allowance)
+        return equilibria_of(
+            chain,
+            loads,
+            from_rest=self.recording.begins,
+            number=self.number,
+            smallest_step=self.settings.path_end_error,
+            allowance=self.settings.allowance,
+        )
 
     def solve(self, constants: Constants, effects: Sequence[Effect] = (), loads: Loads | None = None) -> Solution:
         """States and readings of all steps, ready to be differentiated; under `loads` instead of the recorded ones."""

@@ -14,6 +14,7 @@ import numpy as np
 from prb3r.mechanics.budget import Allowance
 from prb3r.mechanics.chain import Chain, Loads
 from prb3r.mechanics.equilibrium import Equilibria, Outcome, solve_chain
+from prb3r.mechanics.path import SMALLEST_STEP
 from prb3r.model.laws.moment_law import LawPath, law_path
 
 MAX_PASSES = 60
@@ -39,6 +40,7 @@ def equilibria_of(
     eigenvalue: bool = False,
     detail: bool = True,
     number: np.ndarray | None = None,
+    smallest_step: float = SMALLEST_STEP,
     allowance: Allowance | None = None,
 ) -> Equilibria:
     """Equilibria of `chain` as `solve_chain` finds them, but with the moments of the chain's terms.
@@ -48,15 +50,15 @@ def equilibria_of(
 
     Parameters
     ----------
-    from_rest, eigenvalue, detail : as for `solve_chain`.
+    from_rest, eigenvalue, detail, smallest_step : as for `solve_chain`.
     number : (s,) step numbers, for terms that depend on time; absent: 1, 2, ... in each sequence.
     allowance : that of `solve_chain`; not used for a chain with terms, whose bound is `may_take`.
     """
     if not chain.closure:
-        asked: dict[str, Any] = {"eigenvalue": eigenvalue, "detail": detail, "allowance": allowance}
-        return solve_chain(chain, loads, from_rest=from_rest, **asked)
+        asked: dict[str, Any] = {"smallest_step": smallest_step, "allowance": allowance}
+        return solve_chain(chain, loads, from_rest=from_rest, eigenvalue=eigenvalue, detail=detail, **asked)
     along = law_path(chain, loads, from_rest, number)
-    states, _, closed = settled(along, eigenvalue)
+    states, _, closed = settled(along, eigenvalue, smallest_step)
     return kept(states, closed, detail)
 
 
@@ -65,11 +67,13 @@ def may_take(along: LawPath) -> int:
     return int(WORK_OF_SEQUENCE * along.begins.sum() + WORK_OF_STEP * len(along.begins))
 
 
-def settled(along: LawPath, eigenvalue: bool = False) -> tuple[Equilibria, np.ndarray, np.ndarray]:
+def settled(
+    along: LawPath, eigenvalue: bool = False, smallest_step: float = SMALLEST_STEP
+) -> tuple[Equilibria, np.ndarray, np.ndarray]:
     """Equilibria along the path (s + 1, rest first), the moments (s + 1, n) applied in them, N m, and (s + 1,) whether
     these agree with the law.
 
-    With `eigenvalue` the lowest eigenvalue of the tangent is computed too.
+    With `eigenvalue` the lowest eigenvalue of the tangent is computed too; `smallest_step` is that of `solve_chain`.
     """
     chain = along.chain
     stiff = float(np.median(chain.stiffness))  # rigid clamps may be hinges of any stiffness
@@ -77,7 +81,7 @@ def settled(along: LawPath, eigenvalue: bool = False) -> tuple[Equilibria, np.nd
     moment = before = missed = np.zeros((along.loads.steps, chain.plates))
     work = np.zeros(along.loads.steps, np.int64)
     for done in range(MAX_PASSES):
-        states = solve_chain(*along.under(moment), from_rest=along.begins)
+        states = solve_chain(*along.under(moment), from_rest=along.begins, smallest_step=smallest_step)
         work += states.work
         asked = along.asked(states)
         too_large = ~np.isfinite(asked).all(1, keepdims=True)  # under these moments there was no equilibrium

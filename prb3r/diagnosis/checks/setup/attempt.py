@@ -88,9 +88,16 @@ def states_at(grid: Sequence[Constants], predictors: Sequence[Predictor]) -> lis
     number = np.concatenate([predict.number for predict in predictors])
     ends = np.cumsum([each.loads.steps for each in recordings])
     out: list[list[Equilibria]] = [[] for _ in predictors]
+    settings = predictors[0].settings
     for constants in grid:
-        chain, allowance = predictors[0].chain_of(constants), predictors[0].settings.allowance
-        states = equilibria_of(chain, loads, from_rest=begins, number=number, allowance=allowance)
+        states = equilibria_of(
+            predictors[0].chain_of(constants),
+            loads,
+            from_rest=begins,
+            number=number,
+            smallest_step=settings.path_end_error,
+            allowance=settings.allowance,
+        )
         poses = (np.split(field, ends[:-1]) for field in (states.x, states.y, states.angle))
         for own, (x, y, angle) in zip(out, zip(*poses, strict=True), strict=True):
             own.append(replace(states, x=x, y=y, angle=angle))
