@@ -13,7 +13,8 @@ from prb3r.diagnosis.known import Task
 from prb3r.diagnosis.library import hypotheses
 from prb3r.diagnosis.library.scope import Scope
 from prb3r.diagnosis.run import diagnosis_of
-from prb3r.diagnosis.search.assumed import assumed_of, known_states
+from prb3r.diagnosis.search.assumed import assumed_of, hypothesis_at, known_states
+from prb3r.model.effects.loads import Gravity
 from prb3r.model.given import manipulator_of
 
 WEAK = {"kind": "weakened_plate", "plate": 4, "factor": 0.7}
@@ -135,3 +136,12 @@ def test_friction_is_assumed_where_the_nominal_file_has_it():
         assumed = assumed_of(known, without.manipulator, hypotheses(without))
         assert {each.name: sizes for each, sizes in assumed.values.items()} == {"cable_friction": {"coefficient": 0.2}}
         assert not assumed.unknown
+
+
+def test_gravity_along_one_axis_is_assumed_along_that_axis_alone():
+    """A file of an earlier diagnosis states both components, one of them zero: the other form would free that too."""
+    library = hypotheses(scope())
+    along_one = Gravity(kind="gravity", x_m_s2=0.0, y_m_s2=-9.7)
+    across = Gravity(kind="gravity", x_m_s2=-3.0, y_m_s2=-9.7)
+    free = [[each.name for each in hypothesis_at(effect, library).free] for effect in (along_one, across)]
+    assert free == [["y_m_s2"], ["x_m_s2", "y_m_s2"]]

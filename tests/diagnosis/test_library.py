@@ -11,6 +11,7 @@ from prb3r.diagnosis.fit.constants import Constants
 from prb3r.diagnosis.fit.prediction import predictor
 from prb3r.diagnosis.library import SUSPECTS, hypotheses
 from prb3r.diagnosis.library.hypothesis import Free
+from prb3r.diagnosis.library.prior_odds import log_prior_odds
 from prb3r.diagnosis.search.search import Search
 from prb3r.diagnosis.settings import Settings
 from prb3r.recording.recording import Kind
@@ -271,3 +272,12 @@ def test_how_common_kinds_are_follows_the_settings(rubbing):
     places = sum(each.kind == "worn_hole" for each in suspected)
     worn = next(each for each in suspected if each.kind == "worn_hole")
     assert np.exp(rarer[worn]) * places == pytest.approx(0.05 / 0.95)
+
+
+def test_what_all_parts_have_from_one_cause_is_as_likely_as_a_fault_of_any_one(rubbing):
+    library = [each for each in hypotheses(rubbing) if each.kind == "precurvature"]
+    odds = np.exp(log_prior_odds(library, Settings()))
+    whole = np.array([each.of_whole_rig for each in library])
+    assert 0 < whole.sum() < len(whole)
+    assert odds[whole].sum() == pytest.approx(odds[~whole].sum())
+    assert odds.sum() == pytest.approx(0.1 / 0.9)

@@ -25,7 +25,7 @@ def test_residuals_are_those_of_the_fits_and_of_the_sequences_set_aside(tmp_path
     assert (table["residual_explained"][table["held_out"]] ** 2).sum() == pytest.approx(found.heldout.chi2_explained)
     assert (table["residual_calibrated"][table["held_out"]] ** 2).sum() == pytest.approx(found.heldout.chi2_calibrated)
     fitted = table[~table["held_out"]]
-    np.testing.assert_array_equal(fitted["residual_calibrated"], found.calibrated.residual[: len(fitted)])
+    np.testing.assert_array_equal(fitted["residual_calibrated"], found.refitted.residual[: len(fitted)])
     assert fitted["residual_explained"].std() < 0.6 * fitted["residual_calibrated"].std()
     np.testing.assert_array_equal(fitted["weighed_down"], found.doubts.inflation > 1)
     assert (table["sd"] > 0).all()
@@ -33,7 +33,7 @@ def test_residuals_are_those_of_the_fits_and_of_the_sequences_set_aside(tmp_path
 
 def test_a_held_out_step_that_is_lost_leaves_the_other_residuals():
     found = investigated()
-    models = {"calibrated": found.calibrated, "explained": found.explained}
+    models = {"calibrated": found.refitted, "explained": found.explained}
     states = {
         name: predictor(found.recording).equilibria(each.constants, each.effects) for name, each in models.items()
     }

@@ -3,7 +3,7 @@
 import numpy as np
 
 from prb3r.diagnosis.fit.constants import Constants
-from prb3r.diagnosis.fit.covariance import Noise, noise_of
+from prb3r.diagnosis.fit.covariance import Noise, independent, noise_of
 from prb3r.diagnosis.fit.least_squares import fit
 from prb3r.diagnosis.fit.model import Fit, Model
 from prb3r.diagnosis.fit.prediction import Predictor
@@ -44,3 +44,15 @@ def fit_constants(predict: Predictor, noise: Noise | None = None, settings: Sett
     if not fits:
         raise OutOfBalance("no stiffness near the nominal one puts any recorded step in balance")
     return min(fits, key=lambda fitted: (not fitted.balanced, fitted.chi2))
+
+
+def refit_as_drawn(calibrated: Fit) -> Fit:
+    """The constants alone, refitted to the readings of a `calibrated` fit with every part of the rig as drawn.
+
+    Under the covariance of a diagnosis, parts and tensions lie anywhere within their tolerances.  What a wrong model
+    misses is left to these, and its constants may come out far from those that predict best (Young's modulus of twice
+    the best, and errors of four times those of the nominal file).  Here every reading counts with its own standard
+    deviation alone, as one who refits constants would have it.
+    """
+    model = calibrated.model
+    return fit_constants(model.predict, independent(model.noise.total_sd), model.settings)

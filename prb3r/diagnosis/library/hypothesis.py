@@ -16,6 +16,8 @@ KINK_STEP = 1e-3
 A thousandth of the largest tension is below the scatter of weighed tensions (0.3 %) and far above what equilibria are
 solved to.
 """
+NAMES_OF_PARTS = frozenset({"plate", "plates", "segment", "disk", "cable", "cables"})
+"""Names in the place of an effect that tell which parts of a rig it concerns."""
 
 
 class Free(NamedTuple):
@@ -109,6 +111,11 @@ class Hypothesis:
     structural: bool = False
     """Whether the chain with the effect, however small, is of another structure than without (`scope.structure`), so
     that readings cannot be differentiated around a chain that lacks the effect."""
+
+    @property
+    def of_whole_rig(self) -> bool:
+        """Whether the effect concerns the whole rig, not some of its parts alone."""
+        return not any(name in NAMES_OF_PARTS for name, _ in self.place)
 
     @property
     def continuous(self) -> bool:

@@ -32,7 +32,10 @@ class Investigation:
     fresh: Unseen | None
     """The sequences set aside, as they were judged; None where none was."""
     calibrated: Fit
-    """The constants alone, fitted."""
+    """The constants alone, fitted, with parts and tensions anywhere within their tolerances."""
+    refitted: Fit
+    """The constants alone, as they predict best with every part as drawn (`refit_as_drawn`); the chosen fit where that
+    has no effects."""
     before: Scores
     """Score test of what calibration leaves."""
     choice: Choice

@@ -51,7 +51,7 @@ QUANTITIES = (
 
 def diagnosis_tables(investigation: Investigation) -> dict[str, pd.DataFrame]:
     """All tables by name; the whole recording is solved once with each model."""
-    models = {"calibrated": investigation.calibrated, "explained": investigation.explained}
+    models = {"calibrated": investigation.refitted, "explained": investigation.explained}
     states = {name: _solved(investigation.recording, fitted) for name, fitted in models.items()}
     readings = residual_table(investigation, models, states)
     fitted = readings[~readings["held_out"]]

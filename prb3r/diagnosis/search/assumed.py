@@ -91,14 +91,17 @@ def _referred(effect: Effect, library: Iterable[Hypothesis]) -> tuple[Effect, fl
 
 
 def hypothesis_at(effect: Effect, library: Iterable[Hypothesis]) -> Hypothesis | None:
-    """The hypothesis of the same kind, place and free parameters as an effect; None where the library has none."""
-    given = _plain(effect)
+    """The hypothesis of the same kind, place and free parameters as an effect; None where the library has none.
+
+    Where a special form fits as well as a general one (gravity of which one component is zero), it is the special one.
+    """
+    given, found = _plain(effect), list[Hypothesis]()
     for hypothesis in library:
         place = {name: value for name, value in given.items() if name not in {free.name for free in hypothesis.free}}
         sizes = all(free.name in given for free in hypothesis.free)
         if hypothesis.kind == effect.kind and sizes and place == dict(hypothesis.place):
-            return hypothesis
-    return None
+            found.append(hypothesis)
+    return min(found, key=lambda hypothesis: len(hypothesis.free), default=None)
 
 
 def _plain(effect: Effect) -> dict[str, Any]:

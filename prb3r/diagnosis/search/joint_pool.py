@@ -11,10 +11,10 @@ from scipy.special import logit
 from prb3r.diagnosis.fit.covariance import Noise
 from prb3r.diagnosis.fit.joint import JointFit, JointModel
 from prb3r.diagnosis.fit.least_squares import fit
-from prb3r.diagnosis.library import SUSPECTS
 from prb3r.diagnosis.library.groups import Groups
 from prb3r.diagnosis.library.hypothesis import Free, Hypothesis
 from prb3r.diagnosis.library.joint import CONSTANT_GROUPS, JointHypothesis, alone_on, in_common
+from prb3r.diagnosis.library.prior_odds import log_prior_odds
 from prb3r.diagnosis.search.apply import Apply, serially
 from prb3r.diagnosis.search.joint_columns import joint_beginning, joint_linear_model
 from prb3r.diagnosis.search.linear_selection import LinearModel
@@ -41,7 +41,7 @@ def joint_search(
     """The joint search on rigs that were each searched `alone`.
 
     Its library holds the effects that rigs may have in common, every effect of each rig alone, and shared constants of
-    which one rig has its own value.  An effect in common has the odds of its kind, divided among its places, or higher
+    which one rig has its own value.  An effect in common has the odds that `log_prior_odds` gives it, or higher
     ones if it was found before.  A value of a rig's own for what it should share has `Settings.parting_presence`.
 
     Parameters
@@ -50,10 +50,9 @@ def joint_search(
     """
     count, parting = len(alone), float(logit(settings.parting_presence))
     common = list(in_common([search.library for search in alone], groups.of, groups.same_sections))
-    odds = dict[JointHypothesis, float]()
+    alike = [joint.first for joint in common if joint.first is not None]
+    odds = dict[JointHypothesis, float](zip(common, log_prior_odds(alike, settings), strict=True))
     for joint in common:
-        places = sum(other.kind == joint.kind for other in common)
-        odds[joint] = float(logit(SUSPECTS[joint.kind].presence(settings)) - np.log(places))
         known = [
             search.log_odds[hypothesis]
             for search in alone

@@ -5,14 +5,13 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, TypeVar
 
-import numpy as np
 from scipy.special import logit
 
 from prb3r.diagnosis.evidence.missing_moments import law_alternatives, laws, mechanism
 from prb3r.diagnosis.evidence.score_test import Alternative, Scores, alternatives, scores
 from prb3r.diagnosis.fit.model import Fit
-from prb3r.diagnosis.library import SUSPECTS
 from prb3r.diagnosis.library.hypothesis import Hypothesis
+from prb3r.diagnosis.library.prior_odds import log_prior_odds
 from prb3r.diagnosis.search.apply import Apply, serially
 from prb3r.diagnosis.search.assumed import Assumed
 from prb3r.diagnosis.settings import Settings
@@ -39,12 +38,10 @@ class Search:
 
     @cached_property
     def log_odds(self) -> Mapping[Hypothesis, float]:
-        """ln of the prior odds of every hypothesis: the odds of its kind, divided among the hypotheses of that kind; of
-        an effect that was found before those of `Settings.assumed_presence`."""
-        kinds = [hypothesis.kind for hypothesis in self.library]
-        odds = {kind: logit(SUSPECTS[kind].presence(self.settings)) - np.log(kinds.count(kind)) for kind in set(kinds)}
+        """ln of the prior odds of every hypothesis (`log_prior_odds`); of an effect that was found before those of
+        `Settings.assumed_presence`."""
         known = dict.fromkeys(self.assumed.values, float(logit(self.settings.assumed_presence)))
-        return {hypothesis: float(odds[hypothesis.kind]) for hypothesis in self.library} | known
+        return dict(zip(self.library, log_prior_odds(self.library, self.settings), strict=True)) | known
 
     @cached_property
     def general_forms(self) -> tuple[Hypothesis, ...]:

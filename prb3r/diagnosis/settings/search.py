@@ -52,11 +52,12 @@ class SearchSettings:
     is unexplained the linearised model is far from true and favours large sets; small steps are safer."""
     proposal_reach: float = 3.0
     """How far below the present set a proposed one may be in linearised ln evidence.  Choice."""
-    costly_proposals: int = 1
-    """The same where a prediction is slow.  Choice, for time."""
+    costly_proposals: int = 3
+    """The same where a prediction is slow.  Choice, for time: with 1 a hole of the wrong cable had no rival on a rig of
+    another hand where the right one explains as well."""
     costly_price: float = 2.0
     """Expansions that one counts for where a prediction is slow.  Choice, for time."""
-    costly_kept: int = 4
+    costly_kept: int = 8
     """Models that are refitted under a new covariance where a prediction is slow.  Choice, for time."""
     costly_shortlist: int = 3
     """Replacements of an effect that are fitted in full where a prediction is slow.  Choice, for time."""
