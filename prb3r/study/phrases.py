@@ -15,6 +15,8 @@ from prb3r.study.wishes import Criterion, Requirement, plain_text
 
 MOST_NAMED = 6
 """Largest number of names that are listed in a sentence."""
+UNBOUNDED = "without bound"
+"""What is said of an infinite value."""
 
 
 def wish_in_words(criterion: Criterion, quantity: Quantity) -> str:
@@ -90,7 +92,7 @@ def requirement_in_words(decision: Decision, k: int, r: int) -> str:
     wish, bound = wish_in_words(requirement, quantity), bound_in_words(requirement, quantity, beside)
     distance = _distance(decision.margins[k, r], requirement, quantity, decision.beside(r))
     if np.isinf(value) and decision.margins[k, r] > 0:
-        return f"{wish} is without bound, {bound} required ({distance})"
+        return f"{wish} is {UNBOUNDED}, {bound} required ({distance})"
     if not np.isfinite(value):
         return f"{wish} has no value in some case, {bound} required ({distance})"
     wanted = "allowed" if requirement.at_least is None else "required"

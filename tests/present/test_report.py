@@ -151,3 +151,11 @@ def test_words_that_go_along_with_a_number_do_not_part_key_numbers(tmp_path):
     write_report(tmp_path, Source(study, cases, QUANTITIES[:1], MANIFEST | {"fits": []}))
     lines = (tmp_path / "summary.md").read_text().split("## Key numbers")[1].split("\n\n")[1].splitlines()
     assert [line.split("|")[2].strip() for line in lines[2:]] == ["intact", "cable 1"]
+
+
+def test_what_has_no_bound_is_told_and_the_least_beside_it_is_true(tmp_path, cases):
+    study = STUDY.model_copy(update={"factor": [], "comparison": [], "plot": []})
+    unbounded = cases.assign(tip_x_m=[0.4, 0.5, np.inf], outcome="converged")
+    summary, page = (path.read_text() for path in write_report(tmp_path, Source(study, unbounded, QUANTITIES[:1], {})))
+    assert "| Tip x (mm) | 400 | 500 | without bound |" in summary
+    assert re.search(r"400</td>\s*<td[^>]*>500</td>\s*<td[^>]*>without bound</td>", page)

@@ -10,10 +10,11 @@ import pandas as pd
 
 from prb3r.present import style
 from prb3r.quantities import Quantity
+from prb3r.study.phrases import UNBOUNDED
 from prb3r.study.spec import Study
 
 ROUNDING = 1e-9
-"""Values smaller than this share of the largest one in their column are shown as zero."""
+"""Values smaller than this share of the largest finite one in their column are shown as zero."""
 MOST_VALUES = 6
 """Metrics that are shown at most of a case that a reader points at."""
 
@@ -63,15 +64,24 @@ class Source:
         return {column: unit for plot in self.study.plot for column, unit in plot.units()}
 
     def cell(self, column: str, value: Any, unit: bool = False) -> str:
-        """One value as text, in the unit that its column is shown in; with `unit`, followed by that unit."""
+        """One value as text, in the unit that its column is shown in; with `unit`, followed by that unit.
+
+        A dash for a missing value, `without bound` for an infinite one.
+        """
         if value is None or (isinstance(value, float) and np.isnan(value)):
             return "–"
         if isinstance(value, (str, bool, np.bool_)):
             return str(value)
+        if np.isinf(value):
+            return UNBOUNDED
         shown = self.shown(column)
-        noise = ROUNDING * self.cases[column].abs().max() if column in self.cases else 0.0
-        value = 0.0 if abs(value) < noise else value * shown.factor
+        value = 0.0 if abs(value) < ROUNDING * self._largest(column) else value * shown.factor
         return style.with_unit(value, shown.unit) if unit else style.digits(value)
+
+    def _largest(self, column: str) -> float:
+        """Largest finite magnitude in a column of the cases; 0 without any."""
+        values = self.cases[column].to_numpy(float) if column in self.cases else np.zeros(0)
+        return float(np.abs(values[np.isfinite(values)]).max(initial=0.0))
 
     def told(self, row: Mapping[str, Any]) -> str:
         """A case in two lines: its factors, then the reason if it failed, and its first metrics."""

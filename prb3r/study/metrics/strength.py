@@ -25,10 +25,11 @@ class Safety(Metric):
     of_clouds: ClassVar[bool] = True
 
     def quantities(self) -> list[Quantity]:
+        meaning = "yield stress over the highest bending stress, without bound where nothing bends"
         return [
             Quantity("peak_strain", "ε", "1", "highest bending strain of a plate over all load steps"),
             Quantity("peak_stress_pa", "σ", "Pa", "highest bending stress of a plate over all load steps"),
-            Quantity("safety_factor", "S", "1", "yield stress over the highest bending stress"),
+            Quantity("safety_factor", "S", "1", meaning),
         ]
 
     def values(self, cases: Solved) -> Sequence[np.ndarray]:
@@ -74,7 +75,7 @@ class LimitLoad(Metric):
 
     def quantities(self) -> list[Quantity]:
         meaning = "factor by which all loads of the last step can grow before the branch ends or loses stability"
-        return [Quantity("limit_load_factor", "", "1", meaning)]
+        return [Quantity("limit_load_factor", "", "1", f"{meaning}, without bound beyond {self.up_to:g}")]
 
     def values(self, case: Solved) -> Sequence[float]:
         return [limit_load(case.chain, case.loads, from_rest=self.since == "rest", most=self.up_to).factor]
