@@ -1,5 +1,6 @@
 """What a factor of a study may say: what it sets, and its values one by one, on a grid, sampled or searched."""
 
+import itertools
 from collections.abc import Iterator
 from typing import Annotated, Any, Literal
 
@@ -102,6 +103,13 @@ class Factor(Strict):
         several = self.added_to or self.times or ()
         paths = [several] if isinstance(several, str) else list(several)
         return [*([self.path] if self.path else []), *(self.ratio or ())[:1], *paths]
+
+    @property
+    def of_manipulator(self) -> set[str]:
+        """Parameter paths of the manipulator that the factor, or one of its levels, sets or changes."""
+        levels = [[*level.set, *(["model"] if level.model else [])] for level in self.level or ()]
+        paths = [path.removeprefix("manipulator.") for path in itertools.chain(self.changed, *levels)]
+        return {path for path in paths if path.partition(".")[0] not in LOADS}
 
     @property
     def target(self) -> str:

@@ -10,7 +10,7 @@ from prb3r.model.files.toml import read_toml
 from prb3r.model.files.toml_lines import Keys
 from prb3r.model.files.validation import KeyedError
 from prb3r.model.manipulator import ModelName, Strict
-from prb3r.study.factors import LOADS, DesignSearch, Factor, Name, Sampling
+from prb3r.study.factors import DesignSearch, Factor, Name, Sampling
 from prb3r.study.loading import Cloud, LoadSweep, TargetPath
 from prb3r.study.metrics import AnyMetric
 from prb3r.study.plots import AnyPlot
@@ -111,12 +111,12 @@ class Study(Strict):
     def design_factors(self) -> list[str]:
         """Names of the factors that tell designs apart: those of `[designs]`, or else all that change the manipulator.
 
-        Errors and named alternatives (levels) are left out of the latter.  The list is empty for a study of one design,
+        Errors are left out of the latter.  The list is empty for a study of one design,
         whose factors are errors and loads alone.
         """
         if self.designs is not None:
             return self.designs.factors
-        return [f.name for f in self.factor if f.changed and not f.is_error and f.changed[0].split(".")[0] not in LOADS]
+        return [factor.name for factor in self.factor if factor.of_manipulator and not factor.is_error]
 
     @property
     def errors(self) -> list[Factor]:
