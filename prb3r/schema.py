@@ -43,7 +43,7 @@ MEANINGS = {
     "at_least": "The requirement holds from this value on, in the unit of its column.",
     "at_most": "The requirement holds up to this value, in the unit of its column.",
     "designs": "What tells designs apart.",
-    "factors": "Names of the factors that tell designs apart.",
+    "factors": "Names of the factors that tell designs apart; none: one design.",
     "model": "How plates bend, instead of what the manipulator file says.",
     "of": "What the law depends on.",
     "offset_m": "Error of the cable's offset, added to it, m.",

@@ -29,7 +29,17 @@ MOST_TOLD = 12
 
 
 def recommendation(decision: Decision) -> str:
-    """The recommended design with reasons; where no design keeps the requirements, the one that comes closest."""
+    """The recommended design with reasons; where no design keeps the requirements, the one that comes closest.
+
+    Of a single design, whether it keeps them.
+    """
+    return " ".join(filter(None, [_verdict(decision), decision.remark]))
+
+
+def _verdict(decision: Decision) -> str:
+    """The recommendation without the remark on what tells designs apart."""
+    if decision.alone:
+        return _of_one(decision)
     if decision.winner is None:
         return _nothing_does(decision)
     k = decision.ranking[0]
@@ -43,6 +53,26 @@ def recommendation(decision: Decision) -> str:
     elif able > 1:
         said.append("no [[preference]] ranks them, and this one has the largest reserve")
     return f"**Recommendation: {decision.winner}.** " + " ".join(f"{capitalised(sentence)}." for sentence in said)
+
+
+def _of_one(decision: Decision) -> str:
+    """Whether the only design keeps the requirements: the one nearest to its bound, or all that it breaks."""
+    name = capitalised(decision.designs[0])
+    if decision.winner is not None:
+        return f"**{name} keeps every requirement.** Nearest to its bound, {tightest_in_words(decision, 0)}."
+    return f"**{name} does not keep every requirement**: {'; '.join(_broken(decision, 0))}."
+
+
+def _broken(decision: Decision, k: int) -> list[str]:
+    """The number and bound of each requirement that design `k` breaks, the worst first."""
+    broken = sorted(_numbers(decision.margins[k] < 0), key=lambda r: decision.margins[k, r])
+    return [requirement_in_words(decision, k, r) for r in broken]
+
+
+def reserves(decision: Decision) -> list[str]:
+    """A sentence for each requirement: the number of the only design, and how far it is inside or off the bound."""
+    numbers = range(len(decision.requirements))
+    return [f"{capitalised(requirement_in_words(decision, 0, r))}." for r in numbers]
 
 
 def _ranked(decision: Decision, k: int) -> list[str]:
@@ -103,9 +133,7 @@ def exclusions(decision: Decision) -> list[str]:
     out = _numbers(~decision.feasible)
     said = [f"{len(out)} of {len(decision.designs)} designs are out."] if len(out) > MOST_TOLD else []
     for k in out if len(out) <= MOST_TOLD else ():
-        broken = sorted(_numbers(decision.margins[k] < 0), key=lambda r: decision.margins[k, r])
-        reasons = [requirement_in_words(decision, k, r) for r in broken]
-        said.append(f"**{decision.designs[k]}** is out: {'; '.join(reasons)}.")
+        said.append(f"**{decision.designs[k]}** is out: {'; '.join(_broken(decision, k))}.")
     return said
 
 
@@ -209,6 +237,23 @@ def changes_with_circumstances(winners: Mapping[str, Sequence[tuple[Any, str | N
                 for name in names
             )
             said.append(f"{title}: " + "; ".join(f"{name} at {listed_names(values)}" for name, values in parts) + ".")
+    return said
+
+
+def kept_in_circumstances(winners: Mapping[str, Sequence[tuple[Any, str | None]]]) -> list[str]:
+    """A sentence for each circumstance: at which of its values the only design keeps every requirement.
+
+    `winners` are as in `changes_with_circumstances`.
+    """
+    said = []
+    for title, pairs in winners.items():
+        kept, broken = ([value for value, winner in pairs if bool(winner) == able] for able in (True, False))
+        if kept and broken:
+            at, off = (listed_names([plain_text(value) or "none" for value in some]) for some in (kept, broken))
+            said.append(f"{title}: every requirement is kept at {at}, not at {off}.")
+        else:
+            which = "each value by itself" if kept else "no value by itself"
+            said.append(f"{title}: every requirement is kept at {which} ({_span([value for value, _ in pairs])}).")
     return said
 
 

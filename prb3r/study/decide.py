@@ -45,6 +45,7 @@ def decide(cases: DesignCases) -> Decision:
         shared=len(shared),
         left_out=len(every) - len(shared),
         failed=len(failed),
+        remark=cases.remark,
     )
 
 

@@ -62,6 +62,13 @@ class Decision:
     failed: int
     """Number of shared cases that preferences leave out, as a design that keeps the requirements fails in them; where
     no design keeps them, as any design fails."""
+    remark: str = ""
+    """What is to be known of what tells the designs apart, as a sentence."""
+
+    @property
+    def alone(self) -> bool:
+        """Whether there is a single design, which requirements can judge and nothing can rank."""
+        return len(self.designs) == 1 and bool(self.requirements)
 
     @cached_property
     def margins(self) -> np.ndarray:

@@ -11,6 +11,7 @@ import pandas as pd
 from pydantic import ValidationError
 
 from prb3r.errors import Problem, SpecError, did_you_mean
+from prb3r.markdown import listed
 from prb3r.model.files.toml import place_of
 from prb3r.model.files.toml_lines import Keys, dotted
 from prb3r.quantities import SHORT_FOR, Quantity, describe, printed
@@ -48,6 +49,8 @@ class DesignCases:
     """Unit and meaning of columns, by name."""
     firsts: dict[str, tuple[Path, int]] = dataclasses.field(default_factory=dict)
     """Folder of the results and number of the first case of each design; empty for cases that are not on disk."""
+    remark: str = ""
+    """What is to be known of what tells the designs apart, as a sentence."""
 
     @property
     def names(self) -> list[str]:
@@ -113,7 +116,8 @@ def read_designs(folders: Sequence[Path], requirements: str | Path | None = None
         raise SpecError(Problem(where, "vary different factors, so they share no cases"))
     errors = {error.name for study in studies for error in study.errors}
     circumstances = [name for name in rests[0] if name not in errors]
-    cases = DesignCases(pd.concat(frames, ignore_index=True), circumstances, wishes, quantities, firsts)
+    remark = "" if asked.designs else _remark(studies[0])
+    cases = DesignCases(pd.concat(frames, ignore_index=True), circumstances, wishes, quantities, firsts, remark)
     if requirements and asked.given:
         _check(cases, where, lambda keys: place_of(requirements, keys))
     else:
@@ -124,7 +128,8 @@ def read_designs(folders: Sequence[Path], requirements: str | Path | None = None
 def _factors_of(study: Study, asked: Wishes, where: str) -> list[str]:
     """Names of the factors that tell the designs of a study apart, by the wishes `asked` or else by the study.
 
-    Raises SpecError, with `where` as its place, if there are none or the study has no such factor.
+    Raises SpecError, with `where` as its place, if the study has no such factor, or if there are none and no
+    requirement of a single design.
     """
     names, factors = [factor.name for factor in study.factor], study.design_factors
     if asked.designs is not None:
@@ -134,12 +139,22 @@ def _factors_of(study: Study, asked: Wishes, where: str) -> list[str]:
         for name in factors
         if name not in names
     ]
-    if not factors:
+    if not factors and not (asked if asked.given else study.wishes).requirement:
         what = "its study has no [designs], and no factor changes the manipulator: name those that tell designs apart"
         problems.append(Problem(where, what))
     if problems:
         raise SpecError(*problems)
     return factors
+
+
+def _remark(study: Study) -> str:
+    """That payloads tell the designs of a study apart, and how to say that they do not; empty for other studies."""
+    if not study.payloads:
+        return ""
+    titles = listed([describe(SHORT_FOR.get(name, name)).title for name in study.payloads])
+    rest = ", ".join(f'"{name}"' for name in study.design_factors if name not in study.payloads)
+    tell = "tells" if len(study.payloads) == 1 else "tell"
+    return f"{titles} {tell} designs apart; if each design has to bear all of it, say [designs] factors = [{rest}]."
 
 
 def _study_of(folder: Path) -> Study:

@@ -17,6 +17,8 @@ MAX_CASES = 1_000_000
 """Largest number of cases of a study."""
 LOADS = ("initial", "step", "sweep", "cloud", "reach", "broken")
 """First parts of the parameter paths that change what is done to a manipulator, not its design."""
+PAYLOAD = "disk.tip_mass_kg"
+"""The path of the manipulator that is what it carries, rather than how it is built."""
 TARGETS = ("path", "ratio", "added_to", "times", "level")
 """Fields of a factor that say what it sets; exactly one of them is given."""
 GRIDS = ("values", "linspace", "geomspace")

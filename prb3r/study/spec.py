@@ -10,7 +10,7 @@ from prb3r.model.files.toml import read_toml
 from prb3r.model.files.toml_lines import Keys
 from prb3r.model.files.validation import KeyedError
 from prb3r.model.manipulator import ModelName, Strict
-from prb3r.study.factors import DesignSearch, Factor, Name, Sampling
+from prb3r.study.factors import PAYLOAD, DesignSearch, Factor, Name, Sampling
 from prb3r.study.loading import Cloud, LoadSweep, TargetPath
 from prb3r.study.metrics import AnyMetric
 from prb3r.study.plots import AnyPlot
@@ -111,12 +111,17 @@ class Study(Strict):
     def design_factors(self) -> list[str]:
         """Names of the factors that tell designs apart: those of `[designs]`, or else all that change the manipulator.
 
-        Errors are left out of the latter.  The list is empty for a study of one design,
-        whose factors are errors and loads alone.
+        Errors are left out of the latter.  The list is empty for a study of one design.
         """
         if self.designs is not None:
             return self.designs.factors
         return [factor.name for factor in self.factor if factor.of_manipulator and not factor.is_error]
+
+    @property
+    def payloads(self) -> list[str]:
+        """Names of the factors that tell designs apart by what they carry alone, as no `[designs]` says otherwise."""
+        names = self.design_factors if self.designs is None else []
+        return [factor.name for factor in self.factor if factor.name in names and factor.of_manipulator == {PAYLOAD}]
 
     @property
     def errors(self) -> list[Factor]:
@@ -147,8 +152,11 @@ class Study(Strict):
 
     @property
     def decides(self) -> bool:
-        """Whether the study decides between several designs: it has wishes and factors that tell designs apart."""
-        return self.wishes.given and bool(self.design_factors)
+        """Whether the study has wishes for designs, or requirements of a single one without errors.
+
+        Rigs of a single design are judged one by one instead.
+        """
+        return self.wishes.given and (bool(self.design_factors) or not self.errors)
 
     @property
     def wishes(self) -> Wishes:
@@ -189,10 +197,10 @@ class Study(Strict):
         problems += self._search_problems()
         if self.decides:
             problems += self._zip_problems()
-        if self.wishes.given and not self.design_factors and not self.errors:
+        if self.preference and not self.requirement and not self.design_factors and not self.errors:
             problems.append(
-                "requirements and preferences are of designs, but no factor changes the manipulator: "
-                "say which factors tell designs apart, [designs] factors = [...]"
+                "preferences rank designs, but no factor tells designs apart: name those that do, "
+                "[designs] factors = [...], or give a [[requirement]] that the one design must keep"
             )
         places: list[tuple[Keys, str]] = [((), what) for what in problems]
         for kind in ("factor", "plot", "comparison"):

@@ -105,7 +105,7 @@ class Preference(Criterion):
 class Designs(Strict):
     """What tells designs apart; the other factors are the circumstances in which all of them are looked at."""
 
-    factors: Annotated[list[str], Field(min_length=1)]
+    factors: list[str]
 
 
 class Wishes(Strict):

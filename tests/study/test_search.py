@@ -157,7 +157,7 @@ def test_a_search_ends_at_the_stress_that_is_allowed_and_goes_on_from_there(tmp_
     ("old", "new", "what"),
     [
         ("range = { low = 0.0008, high = 0.001 }", "values = [0.001]", "needs factors with a range to search"),
-        ("designs = DESIGNS", "designs = 8\n[designs]\nfactors = []", "at least 1"),
+        ("[search]", "[designs]\nfactors = []\n[search]", "must both tell designs apart and have a range"),
         ("high = 0.001", "high = 1.0", "not what rigs are made with"),
         ("generation = 16", "generation = 64", "designs must not be fewer"),
     ],

@@ -48,6 +48,11 @@ class Advice:
     """Folder and number of each design's first case, by the design's name; that case is drawn for the design."""
 
     @property
+    def heading(self) -> str:
+        """What the advice is about, as the heading above it."""
+        return "Requirements" if self.decision.alone else "Which design"
+
+    @property
     def markdown(self) -> str:
         """The whole advice as Markdown: recommendation, table of designs, reasons."""
         lines = [self.recommendation, "", *self.table.markdown.splitlines(), "", self.note]
@@ -60,7 +65,11 @@ def advice_on(cases: DesignCases) -> Advice:
     """The decision between the designs of `cases` with its table and reasons; raises what `decide` raises."""
     decision = decide(cases)
     winners = {style.quantity_of(column, ()).title: pairs for column, pairs in by_circumstance(cases).items()}
-    points = [
+    of_one = [
+        ("Each requirement", advice.reserves(decision)),
+        ("In each circumstance", advice.kept_in_circumstances(winners)),
+    ]
+    of_several = [
         ("What is out", advice.exclusions(decision)),
         ("Which requirement binds", advice.bindings(decision)),
         ("The others", advice.trades(decision)),
@@ -72,7 +81,7 @@ def advice_on(cases: DesignCases) -> Advice:
         advice.recommendation(decision),
         decision_table(decision),
         note_on(decision, MOST_LISTED_DESIGNS),
-        [(heading, sentences) for heading, sentences in points if sentences],
+        [(heading, sentences) for heading, sentences in (of_one if decision.alone else of_several) if sentences],
         cases.firsts,
     )
 
