@@ -8,6 +8,7 @@ import numpy as np
 from prb3r.model.files.cells import count
 from prb3r.study.decision import Decision
 from prb3r.study.phrases import (
+    NO_EQUILIBRIUM,
     bound_in_words,
     capitalised,
     listed_names,
@@ -119,7 +120,8 @@ def _nothing_does(decision: Decision) -> str:
     reserve = decision.margins.min(1, initial=np.inf)
     k = int(np.argmax(reserve))
     if not np.isfinite(reserve[k]):
-        return "**No design keeps every requirement**, and none comes close: each has cases without a value."
+        want = "no stable equilibrium in some case" if decision.unsolved.any(1).all() else "cases without a value"
+        return f"**No design keeps every requirement**, and none comes close: each has {want}."
     short = _numbers(decision.margins[k] < 0)
     need = [requirement_in_words(decision, k, r) for r in short]
     return (
@@ -142,12 +144,19 @@ def bindings(decision: Decision) -> list[str]:
     said = []
     for r, requirement in enumerate(decision.requirements):
         quantity = decision.quantities[r]
-        count, alone = int((decision.margins[:, r] < 0).sum()), decision.excluded_alone(r)
+        out, alone = decision.margins[:, r] < 0, decision.excluded_alone(r)
         allowed = bound_in_words(requirement, quantity, decision.beside(r))
         bound = f"{capitalised(wish_in_words(requirement, quantity))} {allowed}"
-        without = f"; without it {listed_names(alone)} would do" if alone else "; each of them breaks another bound too"
-        said.append(f"{bound} excludes {f'{count} of {len(decision.designs)}{without}' if count else 'no design'}.")
+        why = f"without it {listed_names(alone)} would do" if alone else _no_other_way(decision, out, r)
+        said.append(f"{bound} excludes {f'{out.sum()} of {len(out)}; {why}' if out.any() else 'no design'}.")
     return said
+
+
+def _no_other_way(decision: Decision, out: np.ndarray, r: int) -> str:
+    """Why none of the designs in the mask `out` (d,), which break requirement `r`, would do without it."""
+    unsolved = decision.unsolved[out, r]
+    lost, more = f"is {NO_EQUILIBRIUM} in some case", "breaks another bound too"
+    return f"each of them {lost if unsolved.all() else f'{more} or {lost}' if unsolved.any() else more}"
 
 
 def trades(decision: Decision) -> list[str]:

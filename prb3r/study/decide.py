@@ -45,6 +45,7 @@ def decide(cases: DesignCases) -> Decision:
         shared=len(shared),
         left_out=len(every) - len(shared),
         failed=len(failed),
+        missing=cases.missing(wishes.requirement),
         remark=cases.remark,
     )
 

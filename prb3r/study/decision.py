@@ -7,14 +7,15 @@ and the share of all weights at which a design comes first (rank acceptability: 
 European Journal of Operational Research 106, 1998).
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 import pandas as pd
 
 from prb3r.quantities import Quantity
+from prb3r.study.designs import Missing
 from prb3r.study.wishes import Criterion, Preference, Requirement
 
 WEIGHT_DRAWS, WEIGHT_SEED = 16_384, 1998
@@ -62,6 +63,8 @@ class Decision:
     failed: int
     """Number of shared cases that preferences leave out, as a design that keeps the requirements fails in them; where
     no design keeps them, as any design fails."""
+    missing: Mapping[tuple[int, int], Missing] = field(default_factory=dict)
+    """By number of the design and of the requirement, the cases without a value, where there are any."""
     remark: str = ""
     """What is to be known of what tells the designs apart, as a sentence."""
 
@@ -236,10 +239,18 @@ class Decision:
         return Move(low, below, high, above)
 
     def excluded_alone(self, r: int) -> list[str]:
-        """Names of the designs that break requirement `r` and no other one."""
+        """Names of the designs that break requirement `r` and no other one, for another reason than `unsolved`."""
         others = np.delete(self.margins, r, 1)
         alone = (others >= 0).all(1) & (self.margins[:, r] < 0)
-        return [name for name, out in zip(self.designs, alone, strict=True) if out]
+        return [name for k, name in enumerate(self.designs) if alone[k] and not self.unsolved[k, r]]
+
+    @cached_property
+    def unsolved(self) -> np.ndarray:
+        """(d, r) whether a design breaks a requirement as a case that counts has no stable equilibrium."""
+        lost = np.zeros(self.margins.shape, bool)
+        for place, missing in self.missing.items():
+            lost[place] = missing.unsolved > 0 and self.margins[place] < 0
+        return lost
 
 
 def wish_columns(criteria: Sequence[Criterion]) -> list[str]:

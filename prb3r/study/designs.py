@@ -35,6 +35,19 @@ HANDIER_UNITS = {
 
 
 @dataclass(frozen=True)
+class Missing:
+    """Cases of a design that count for a requirement and have no value."""
+
+    count: int
+    of: int
+    """Number of the cases of the design that count."""
+    unsolved: int
+    """Number of the cases without a value that have no stable equilibrium."""
+    reason: str
+    """Why the first of them has none, without the full stop; empty if nothing is told."""
+
+
+@dataclass(frozen=True)
 class DesignCases:
     """The cases of several designs, and the requirements and preferences for the designs."""
 
@@ -75,11 +88,31 @@ class DesignCases:
                 numbers[k, j] = criterion.value(column[(counted["design"] == name).to_numpy()])
         return numbers
 
+    def missing(self, criteria: Sequence[Criterion]) -> dict[tuple[int, int], Missing]:
+        """By number of the design and of the criterion, the cases that count and have no value, if there are any."""
+        found, numbers = {}, {name: k for k, name in enumerate(self.names)}
+        for j, criterion in enumerate(criteria):
+            counted = select(self.frame, criterion.where)
+            lost = counted[np.isnan(known_values(counted, criterion.metric))]
+            firsts = lost.drop_duplicates("design")
+            reasons = firsts["reason"].astype(str) if "reason" in firsts else [""] * len(firsts)
+            all_of, absent, unsolved = (
+                rows["design"].value_counts().to_dict() for rows in (counted, lost, lost[~_solved(lost)])
+            )
+            for name, reason in zip(firsts["design"], reasons, strict=True):
+                told = f"{reason[:1].lower()}{reason[1:]}".rstrip(".")
+                found[numbers[name], j] = Missing(absent[name], all_of[name], unsolved.get(name, 0), told)
+        return found
+
+
+def _solved(cases: pd.DataFrame) -> pd.Series:
+    """(cases,) whether a case has an equilibrium, so that other metrics than one that failed are known."""
+    return cases["outcome"].isin(["converged", CASE_FAILED])
+
 
 def known_values(cases: pd.DataFrame, column: str) -> np.ndarray:
     """(cases,) numbers in a column; NaN where a case did not converge, or the metric of the column failed."""
-    kept = cases["outcome"].isin(["converged", CASE_FAILED])  # by another metric
-    return cases[column].where(kept).to_numpy(float)
+    return cases[column].where(_solved(cases)).to_numpy(float)
 
 
 def read_designs(folders: Sequence[Path], requirements: str | Path | None = None) -> DesignCases:

@@ -7,6 +7,7 @@ import numpy as np
 
 from prb3r.markdown import listed
 from prb3r.mechanics.equilibrium import Outcome
+from prb3r.model.files.cells import count
 from prb3r.quantities import SHORT_FOR, Quantity, describe
 from prb3r.study.chunk import CASE_CRASHED, CASE_FAILED
 from prb3r.study.decision import Decision
@@ -57,11 +58,11 @@ def failures_in_words(outcomes: Mapping[str, int], of: str = "") -> str:
     Such as `2 without a stable equilibrium and 1 failed`; `of` follows the first number: `2 of them ...`.
     """
     counts = dict.fromkeys((NO_EQUILIBRIUM, *FAILURE_IN_WORDS.values()), 0)
-    for outcome, count in outcomes.items():
+    for outcome, number in outcomes.items():
         if outcome != Outcome.CONVERGED.label:
-            counts[FAILURE_IN_WORDS.get(outcome, NO_EQUILIBRIUM)] += count
-    told = [(words, count) for words, count in counts.items() if count]
-    return listed([f"{count:,} {of * (not k)}{words}" for k, (words, count) in enumerate(told)]) if told else ""
+            counts[FAILURE_IN_WORDS.get(outcome, NO_EQUILIBRIUM)] += number
+    told = [(words, number) for words, number in counts.items() if number]
+    return listed([f"{number:,} {of * (not k)}{words}" for k, (words, number) in enumerate(told)]) if told else ""
 
 
 def capitalised(text: str) -> str:
@@ -94,7 +95,9 @@ def requirement_in_words(decision: Decision, k: int, r: int) -> str:
     if np.isinf(value) and decision.margins[k, r] > 0:
         return f"{wish} is {UNBOUNDED}, {bound} required ({distance})"
     if not np.isfinite(value):
-        return f"{wish} has no value in some case, {bound} required ({distance})"
+        missing = decision.missing.get((k, r))
+        where = f" in {missing.count} of {count(missing.of, 'case')}" if missing else ""
+        return f"{wish} has no value{where}, {bound} required ({(missing and missing.reason) or distance})"
     wanted = "allowed" if requirement.at_least is None else "required"
     return f"{wish} is {value_in_words(value, quantity, beside)}, {bound} {wanted} ({distance})"
 

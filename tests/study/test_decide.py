@@ -10,7 +10,7 @@ from prb3r.errors import SpecError
 from prb3r.present.study.comparison import advice_on, publish_comparison
 from prb3r.quantities import describe
 from prb3r.runs.store import read_arrow
-from prb3r.study.advice import exclusions, recommendation
+from prb3r.study.advice import bindings, exclusions, recommendation
 from prb3r.study.decide import decide
 from prb3r.study.designs import DesignCases, design_names, value_in_words
 from prb3r.study.wishes import Preference, Requirement, Wishes
@@ -166,7 +166,7 @@ def test_a_case_without_equilibrium_is_infinitely_bad_but_not_to_the_others():
     assert known.feasible.tolist() == [False, True]
     assert known.failed == 0
     assert known.values["a"]["y"] == 0.5
-    assert "no value in some case" in " ".join(exclusions(known))
+    assert "no value in 1 of 2 cases" in " ".join(exclusions(known))
     assert decide(cases(table, [Requirement(metric="a", at_least=0.2, over="median")])).feasible.tolist() == [
         False,
         True,
@@ -174,6 +174,29 @@ def test_a_case_without_equilibrium_is_infinitely_bad_but_not_to_the_others():
     free = decide(cases(table, [], [greater("a")]))
     assert free.failed == 1
     assert free.values["a"].tolist() == [1.0, 1.0]
+
+
+def test_designs_without_an_equilibrium_would_not_do_without_a_bound_and_the_reason_is_told():
+    table = {
+        "design": ["x", "y", "z"],
+        "a": [np.nan, np.nan, 1.0],
+        "outcome": ["no equilibrium", "failed", "converged"],
+        "reason": ["No equilibrium was found; reached 4.3 % of the step.", "No tension reaches it.", ""],
+    }
+    need, wish = [Requirement(metric="a", at_least=2)], [greater("a")]
+    known = decide(cases(table, need, wish))
+    assert exclusions(known)[0] == (
+        "**x** is out: a has no value in 1 of 1 case, at least 2 required "
+        "(no equilibrium was found; reached 4.3 % of the step)."
+    )
+    assert known.excluded_alone(0) == ["y", "z"]
+    assert "without it y and z would do" in bindings(known)[0]
+    twice = {name: column[:1] * 2 for name, column in table.items()} | {"design": ["x", "y"]}
+    lost = advice_on(cases(twice, need, wish))
+    assert "would do" not in lost.markdown
+    assert "each of them is without a stable equilibrium in some case" in lost.markdown
+    assert "none comes close: each has no stable equilibrium in some case" in lost.markdown
+    assert "Preferences have no case to go by: in the one case that all designs share a design fails" in lost.note
 
 
 def test_one_metric_wanted_in_two_circumstances(tmp_path):

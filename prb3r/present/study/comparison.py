@@ -181,7 +181,10 @@ def note_on(decision: Decision, most: int) -> str:
     if decision.preferences:
         cases = "one case" if decision.shared == 1 else f"{decision.shared} cases"
         note = f"Preferences are over the {cases} that all designs share"
-        if decision.failed:
+        if decision.failed == decision.shared:
+            each = "the one case" if decision.shared == 1 else f"each of the {cases}"
+            note = f"Preferences have no case to go by: in {each} that all designs share a design fails"
+        elif decision.failed:
             note += f", without {decision.failed} of them in which a design fails"
         if decision.left_out:
             note += f"; without {count(decision.left_out, 'case')} that only some designs have"
