@@ -23,7 +23,7 @@ from prb3r.study.columns import column_problems, described, known_columns
 from prb3r.study.factors import MAX_CASES
 from prb3r.study.metrics.base import Metric
 from prb3r.study.resolve import resolve
-from prb3r.study.selections import selection_problems
+from prb3r.study.selections import lacking_problems, selection_problems
 from prb3r.study.spec import Study, load_study
 
 SMALLEST_CHUNK, MOST_CHUNKS = 32, 64
@@ -224,7 +224,7 @@ def _problems_of_asked(path: Path, study: Study, cases: Cases | None) -> Iterato
         return  # it is told as a problem of the cases
     wrong = list(column_problems(study, known_columns(study, cables)))
     if cases is not None:
-        wrong += selection_problems(study, cases)
+        wrong += [*selection_problems(study, cases), *lacking_problems(study, cases)]
     for keys, what in wrong:
         yield Problem(place_of(path, keys), what)
 

@@ -1,4 +1,4 @@
-"""Checks that plots, fits, comparisons and wishes select at least one case by values of factors."""
+"""Checks of what a spec asks of its cases: that it selects at least one of them, and that wishes have a value there."""
 
 from collections.abc import Iterator, Mapping
 from typing import Any
@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 
 from prb3r.model.files.toml_lines import Keys
+from prb3r.model.manipulator import Manipulator
 from prb3r.study.cases import Cases
 from prb3r.study.columns import criteria_of
 from prb3r.study.compare import select
@@ -32,6 +33,38 @@ def selection_problems(study: Study, cases: Cases) -> Iterator[tuple[Keys, str]]
         wanted = {name: value for name, value in where.items() if name in known}
         if wanted and select(frame, wanted).empty:
             yield keys, f"no case has {', '.join(f'{name} = {_said(value)}' for name, value in wanted.items())}"
+
+
+def lacking_problems(study: Study, cases: Cases) -> Iterator[tuple[Keys, str]]:
+    """Problems of requirements and preferences whose column no case can have, with their keys in the spec.
+
+    The manipulator of every case then lacks what the column is computed from.
+    """
+    sources = {comparison.name: comparison.of for comparison in study.comparison}
+    wished = [(keys, criterion.metric) for keys, criterion in criteria_of(study)]
+    for metric in study.metric:
+        columns = {quantity.name for quantity in metric.quantities()}
+        asked = [(keys, name, sources.get(name, name)) for keys, name in wished if sources.get(name, name) in columns]
+        lacking: dict[str, str] = {}
+        for number, manipulator in enumerate(_manipulators(cases) if asked else ()):
+            found = metric.lacking(manipulator)
+            lacking = {name: field for name, field in found.items() if not number or name in lacking}
+            if not lacking:
+                break
+        for keys, name, source in asked:
+            if source in lacking:
+                what = f"column {name!r} has no value in any case: it needs {lacking[source]} of the manipulator"
+                yield (*keys, "metric"), f"{what}; give it in {study.manipulator}"
+
+
+def _manipulators(cases: Cases) -> Iterator[Manipulator]:
+    """The manipulators of all cases, each once."""
+    seen = set()
+    for family in cases.families:
+        part = family.settings["manipulator"]
+        if id(part) not in seen:  # trees share their equal parts
+            seen.add(id(part))
+            yield family.manipulator()
 
 
 def _selections(study: Study) -> Iterator[tuple[Keys, Mapping[str, Any]]]:

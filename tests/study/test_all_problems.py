@@ -83,6 +83,34 @@ def test_everything_that_needs_no_solve_is_told_at_once_with_its_line(tmp_path, 
         assert problem.startswith(f"{path}:{line} ")
 
 
+KEPT = '[[comparison]]\nname = "kept"\nkind = "ratio"\nof = "safety_factor"\nto = { broken = "none" }\n'
+STEELS = """[[factor]]
+name = "steel"
+[[factor.level]]
+label = "unknown"
+[[factor.level]]
+label = "spring steel"
+set = { yield_stress_pa = 1e9 }
+"""
+
+
+@pytest.mark.parametrize(("kind", "wanted"), [("requirement", "at_least = 1.5"), ("preference", 'better = "greater"')])
+@pytest.mark.parametrize("column", ["safety_factor", "kept"])
+def test_a_wish_for_what_no_manipulator_can_have_is_refused_with_what_it_needs(tmp_path, kind, wanted, column):
+    arm = "".join(line for line in PROTOTYPE.read_text().splitlines(True) if "yield_stress" not in line)
+    (tmp_path / "arm.toml").write_text(arm)
+    text = HEAD.replace(str(PROTOTYPE), "arm.toml") + '[[metric]]\nkind = "safety"\n' + KEPT
+    text += '[[factor]]\nname = "thickness_m"\npath = "segment.1.thickness_m"\nvalues = [8e-4, 9e-4]\n'
+    text += f'[[{kind}]]\n{wanted}\nmetric = "{column}"\n'
+    path, told = problems(tmp_path, text)
+    assert told == [
+        f"{path}:{text.count(chr(10))} {kind}.1.metric: column {column!r} has no value in any case: "
+        "it needs yield_stress_pa of the manipulator; give it in arm.toml"
+    ]
+    path.write_text(text + STEELS)  # one of two steels has it
+    assert len(plan_study(path).cases) == 16
+
+
 def test_selections_by_what_is_there_or_by_metrics_are_in_order(tmp_path):
     path = tmp_path / "right.toml"
     plot = '[[plot]]\nname = "l"\nkind = "lines"\nx = "load_n"\ny = ["tip_y_m"]\nwhere = '

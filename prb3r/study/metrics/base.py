@@ -181,12 +181,23 @@ class Metric(Strict, ABC):
         if cloud and not (self.of_clouds or self.from_rest):
             yield "needs load steps, the loads are a cloud"
 
+    def lacking(self, manipulator: Manipulator) -> dict[str, str]:
+        """Columns without a value for a manipulator, whatever its loads, with the field of its file that they need."""
+        return {}
+
     @abstractmethod
     def values(self, cases: Solved) -> Sequence[np.ndarray | float]:
         """The columns of the metric in the order of `quantities`: (c,) numbers, or one number for all cases.
 
         NaN where a load has no equilibrium.
         """
+
+
+def lacking_for_stress(manipulator: Manipulator, *, to_yield: bool) -> str:
+    """The field of a manipulator that is needed for bending stress, `to_yield` compared with yield; empty if none."""
+    if np.isnan(manipulator.outer_fibre).all():
+        return "thickness_m or outer_fibre_m of a segment"
+    return "yield_stress_pa" if to_yield and manipulator.yield_stress_pa is None else ""
 
 
 def largest(values: np.ndarray) -> np.ndarray:

@@ -10,7 +10,7 @@ from prb3r.mechanics.equilibrium import Outcome
 from prb3r.model.files.numbers import Positive
 from prb3r.model.manipulator import Manipulator
 from prb3r.quantities import Quantity
-from prb3r.study.metrics.base import Metric, Solved
+from prb3r.study.metrics.base import Metric, Solved, lacking_for_stress
 from prb3r.study.workspace import area, outline, tips_reached
 
 
@@ -56,6 +56,10 @@ class Workspace(Metric):
         if self.safety is not None and self.tension_n is None:
             yield "safety goes with tension_n; that of the study's own loads is said in [cloud]"
 
+    def lacking(self, manipulator: Manipulator) -> dict[str, str]:
+        field = lacking_for_stress(manipulator, to_yield=True)
+        return {"workspace_beyond_yield": field} if field else {}
+
     def values(self, case: Solved) -> Sequence[float]:
         tips, safety = case.tips, case.safety
         if tips is None or self.tension_n is not None:
@@ -63,7 +67,7 @@ class Workspace(Metric):
             limits = {name: tension for name, tension in drawn.items() if case.chain.reach[case.cable(name)]}
             safety = 1.0 if self.safety is None else self.safety
             tips = tips_reached(case.manipulator, case.chain, limits, self.count, safety)
-        told = case.manipulator.yield_stress_pa is not None and bool(np.isfinite(tips.strain).any())
+        told = not self.lacking(case.manipulator) and bool(np.isfinite(tips.strain).any())
         yielding = float(np.mean(tips.beyond(case.manipulator, safety or 1.0))) if told else np.nan
         tips = tips.without(tips.beyond(case.manipulator, safety))
         x, y, good = tips.x, tips.y, tips.solved

@@ -10,8 +10,9 @@ from prb3r.mechanics.chain import Loads
 from prb3r.mechanics.limit import limit_load
 from prb3r.mechanics.strain import peak_strain
 from prb3r.model.laws.self_consistent import equilibria_of
+from prb3r.model.manipulator import Manipulator
 from prb3r.quantities import Quantity
-from prb3r.study.metrics.base import Metric, Solved, largest
+from prb3r.study.metrics.base import Metric, Solved, lacking_for_stress, largest
 
 
 class Safety(Metric):
@@ -31,6 +32,11 @@ class Safety(Metric):
             Quantity("peak_stress_pa", "σ", "Pa", "highest bending stress of a plate over all load steps"),
             Quantity("safety_factor", "S", "1", meaning),
         ]
+
+    def lacking(self, manipulator: Manipulator) -> dict[str, str]:
+        needs = {quantity.name: quantity.name == "safety_factor" for quantity in self.quantities()}
+        told = {name: lacking_for_stress(manipulator, to_yield=to_yield) for name, to_yield in needs.items()}
+        return {name: field for name, field in told.items() if field}
 
     def values(self, cases: Solved) -> Sequence[np.ndarray]:
         if cases.tips is None:
