@@ -1,3 +1,4 @@
+import itertools
 import re
 
 import numpy as np
@@ -83,7 +84,7 @@ def test_summary_links_pictures_and_keeps_its_tables_whole(pages):
     summary = pages[0]
     assert "![shift](shift.png)" in summary
     tables = re.findall(r"(?:^\|.*\|$\n?)+", summary, re.M)
-    assert len(tables) == 4
+    assert len(tables) == 5
     for table in tables:
         rows = table.strip().splitlines()
         assert len({len(re.findall(r"(?<!\\)\|", row)) for row in rows}) == 1
@@ -132,6 +133,29 @@ def test_key_numbers_stand_apart_for_alternatives(tmp_path):
     lines = (tmp_path / "summary.md").read_text().split("## Key numbers")[1].split("\n\n")[1].splitlines()
     rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in lines[2:]]
     assert [row[1:5] for row in rows] == [["intact", *["400"] * 3], ["cable 1", *["100"] * 3]]
+
+
+def test_key_numbers_are_of_every_alternative_as_far_as_they_can_be_read(tmp_path):
+    names = {"payload": ["80 g", "300 g"], "most": ["60 N", "120 N"], "cut": ["none", "up", "down"]}
+    factors = [{"name": name, "level": [{"label": label} for label in labels]} for name, labels in names.items()]
+    few = [{"kind": "position"}]
+    many = [*few, {"kind": "safety"}, {"kind": "workspace", "tension_n": {"1": 9}}]
+    for metric, groups, mixed in ((few, 12, ""), (many, 6, "Each row is over all values of Most.")):
+        study = Study.model_validate(
+            {"name": "small", "title": "Cut", "manipulator": "m.toml", "factor": factors, "metric": metric}
+        )
+        quantities = [quantity for each in study.metric for quantity in each.quantities()]
+        columns = {quantity.name: np.arange(12.0) for quantity in quantities}
+        columns |= {"case_id": range(12), "outcome": "converged", "reason": ""}
+        cases = pd.DataFrame(itertools.product(*names.values()), columns=list(names)).assign(**columns)
+        summary, _ = write_report(tmp_path, Source(study, cases, quantities, {}))
+        numbers, every = summary.read_text().split("## Key numbers")[1].split("## Every case")
+        assert numbers.count("| Tip x") == groups
+        assert ("Each row is over" in numbers) == bool(mixed)
+        assert mixed in numbers
+        assert "Workspace tension" not in numbers  # that is what the loads were drawn up to
+        assert ("Workspace tension" in every) == (metric is many)
+        assert every.split("##")[0].count("| converged |") == 12
 
 
 def test_words_that_go_along_with_a_number_do_not_part_key_numbers(tmp_path):

@@ -4,11 +4,12 @@ import itertools
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import pandas as pd
 
+from prb3r.markdown import listed
 from prb3r.model.files.cells import count
 from prb3r.present import style
 from prb3r.present.page import Table, picture, templates
@@ -24,7 +25,19 @@ if TYPE_CHECKING:
 
 WHOLE_TABLE, MOST_LISTED, FEW = 500, 20, 8
 """Cases that the table of all cases has at most; failed cases, and values of a factor in words, that are listed at
-most; numbers of a factor that are listed one by one, and groups of cases, at most."""
+most; numbers of a factor that are listed one by one, and groups of cases in a table of many columns, at most."""
+IN_SUMMARY = 24
+"""Cases that the table of all cases in `summary.md` has at most."""
+READABLE = 60
+"""Rows that a table of groups of cases has at most, unless it takes more for `FEW` groups."""
+
+
+class Ranges(NamedTuple):
+    """Least, median and greatest values of columns."""
+
+    table: Table
+    note: str
+    """Which named alternatives the rows do not tell apart; empty if they tell all of them apart."""
 
 
 @dataclass(frozen=True)
@@ -69,9 +82,10 @@ def write_report(
         "sections": answers.sections,
         "count": in_short(source),
         "varied": [_varied(source, name) for name in source.factors],
-        "metrics": _ranges(source, source.measured),
+        "metrics": _ranges(source, _results(source)),
         "comparisons": _ranges(source, source.compared),
         "every_case": every_case(source) if len(cases) <= WHOLE_TABLE else None,
+        "each": every_case(source) if len(cases) <= IN_SUMMARY else None,
         "fits": list(_fits(source)),
         "failed": _failed(source),
         "more_failed": max(0, len(source.failed) - MOST_LISTED),
@@ -112,12 +126,22 @@ def _varied(source: Source, name: str) -> tuple[str, str, str]:
     return source.quantity(name).title, factor.target, "; ".join(listed + more)
 
 
-def _ranges(source: Source, columns: Sequence[str]) -> Table | None:
+def _results(source: Source) -> list[str]:
+    """The columns of metrics, but not those that tell of the loads given, unless a requirement or preference is of
+    them."""
+    given: set[str] = set().union(*(metric.of_loads for metric in source.study.metric))
+    wished = {criterion.metric for criterion in source.study.wishes.criteria}
+    return [name for name in source.measured if name not in given - wished]
+
+
+def _ranges(source: Source, columns: Sequence[str]) -> Ranges | None:
     """Least, median and greatest value of each column in each of the groups of :func:`_alternatives`; None without any.
 
     For a comparison the cases that others are compared with are left out.
     """
-    parts, rows = list(_alternatives(source)), []
+    parts, mixed = _alternatives(source, max(FEW, READABLE // max(len(columns), 1)))
+    titles, rows = [source.quantity(name).title for name in mixed], []
+    note = f"Each row is over all values of {listed(titles)}." if mixed else ""
     for column in columns:
         base = next((comparison.to for comparison in source.study.comparison if comparison.name == column), None)
         for words, part in parts:
@@ -128,16 +152,17 @@ def _ranges(source: Source, columns: Sequence[str]) -> Table | None:
                 numbers = [source.cell(column, float(value)) for value in ends]
                 apart = [words] if len(parts) > 1 else []
                 rows.append([source.shown(column).label, *apart, *numbers, source.quantity(column).meaning])
-    if len(parts) > 1:
-        return Table(["", "of", "least", "median", "greatest", "meaning"], rows, (0, 1, 5)) if rows else None
-    return Table(["", "least", "median", "greatest", "meaning"], rows, (0, 4)) if rows else None
+    of = ["of"] if len(parts) > 1 else []
+    head = ["", *of, "least", "median", "greatest", "meaning"]
+    return Ranges(Table(head, rows, (0, len(of), len(head) - 1)), note) if rows else None
 
 
-def _alternatives(source: Source) -> Iterable[tuple[str, pd.DataFrame]]:
-    """Groups of cases, with words for each, that a median must not mix: by factors whose values are words.
+def _alternatives(source: Source, most: int) -> tuple[list[tuple[str, pd.DataFrame]], list[str]]:
+    """Groups of cases, with words for each, that a median should not mix, and names of the factors that they do mix.
 
-    Such factors are broken cables, models or orders, but not one that goes along with a numeric factor (`zip`).  Of all
-    sets of them the one with most groups, up to `FEW`, is taken; if there is none, all cases are one group.
+    Groups are by factors whose values are words: broken cables, models or orders, but not one that goes along with a
+    numeric factor (`zip`).  Of all sets of them the one with most groups, up to `most`, is taken; if there is none, all
+    cases are one group.
     """
     drawn = {factor.name for factor in source.study.factor if not factor.chosen}
     numbers = [name for name in source.factors if pd.api.types.is_numeric_dtype(source.cases[name])]
@@ -146,15 +171,17 @@ def _alternatives(source: Source) -> Iterable[tuple[str, pd.DataFrame]]:
         for name in source.factors
         if name not in numbers
         and name not in drawn
+        and source.cases[name].nunique() > 1
         and not any(_goes_along(source.cases, name, number) for number in numbers)
     ]
     chosen = [list(some) for count in range(1, len(names) + 1) for some in itertools.combinations(names, count)]
     sizes = [len(source.cases[some].drop_duplicates()) for some in chosen]
-    best = max(range(len(chosen)), key=lambda k: sizes[k] if sizes[k] <= FEW else 0, default=None)
-    if best is None or not 1 < sizes[best] <= FEW:
-        return [("", source.cases)]
+    best = max(range(len(chosen)), key=lambda k: sizes[k] if sizes[k] <= most else 0, default=None)
+    if best is None or not 1 < sizes[best] <= most:
+        return [("", source.cases)], names
     groups = source.cases.groupby(chosen[best], sort=False, dropna=False)
-    return [(", ".join(map(str, values)), part) for values, part in groups]
+    mixed = [name for name in names if name not in chosen[best]]
+    return [(", ".join(map(str, values)), part) for values, part in groups], mixed
 
 
 def _goes_along(cases: pd.DataFrame, name: str, number: str) -> bool:

@@ -158,6 +158,9 @@ class Metric(Strict, ABC):
     of_paths: ClassVar[bool] = False
     """Whether the metric needs a path of targets, `[reach]`."""
 
+    of_loads: ClassVar[frozenset[str]] = frozenset()
+    """Columns that tell of the loads that the study gives, and not of what they do."""
+
     @abstractmethod
     def quantities(self) -> list[Quantity]:
         """Name, symbol, unit and meaning of each column that `values` gives, in the same order."""
