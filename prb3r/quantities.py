@@ -173,6 +173,11 @@ def describe(column: str) -> Quantity:
     return Quantity(column, "", UNIT_OF_ENDING.get(unit_ending(column), "1"), name_in_words(column))
 
 
+def titled(title: str, value: str) -> str:
+    """A title with a value: `Thickness 0.8 mm`; `Thickness 1 = 0.8 mm` where the title ends in a number itself."""
+    return f"{title} = {value}" if title[-1:].isdigit() else f"{title} {value}"
+
+
 def label(column: str | Quantity, unit: str | None = None) -> str:
     """Axis label of a column, such as `Tip x (m)`, in its SI unit or in `unit`.
 

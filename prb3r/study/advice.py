@@ -213,7 +213,7 @@ def changes_with_weights(decision: Decision) -> list[str]:
         if move.above:
             bounds.append(f"above {move.high:.3g} {move.above}{'' if move.below else ' comes first'}")
         if bounds:
-            said.append(f"Weight of {preference_in_words(decision, j)} ({preference.weight:g}): {', '.join(bounds)}.")
+            said.append(f"Weight of {preference_in_words(decision, j)} ({preference.weight:g}): {'; '.join(bounds)}.")
         else:
             steady.append(preference_in_words(decision, j))
     if steady:

@@ -14,7 +14,7 @@ from prb3r.errors import Problem, SpecError, did_you_mean
 from prb3r.markdown import listed
 from prb3r.model.files.toml import place_of
 from prb3r.model.files.toml_lines import Keys, dotted
-from prb3r.quantities import SHORT_FOR, Quantity, describe, printed
+from prb3r.quantities import SHORT_FOR, Quantity, describe, printed, titled
 from prb3r.runs.provenance import read_manifest
 from prb3r.runs.store import read_arrow
 from prb3r.study.chunk import CASE_FAILED
@@ -230,12 +230,12 @@ def design_names(frame: pd.DataFrame, factors: list[str]) -> list[str]:
 
 
 def _named(factor: str, value: Any) -> str:
-    """A factor with its value to six digits, such as `Thickness 0.8 mm`."""
+    """A factor with its value to six digits, as `titled` says it."""
     quantity = describe(SHORT_FOR.get(factor, factor))
     if not isinstance(value, (int, float)) or quantity.unit in ("1", ""):
-        return f"{quantity.title} {plain_text(value)}"
+        return titled(quantity.title, plain_text(value))
     per_unit, unit = _unit_of([value], quantity)
-    return f"{quantity.title} {plain_text(value * per_unit)} {unit}"
+    return titled(quantity.title, f"{plain_text(value * per_unit)} {unit}")
 
 
 def _check(cases: DesignCases, where: str, place_in: Callable[[Keys], str]) -> None:

@@ -40,11 +40,15 @@ def bound_in_words(requirement: Requirement, quantity: Quantity, beside: Sequenc
 
 
 def listed_names(names: Sequence[str]) -> str:
-    """Names as a list in a sentence; of many, the first ones and the number of the others."""
+    """Names as a list in a sentence; of many, the first ones and the number of the others.
+
+    They are separated by semicolons where one of them has a comma, which would look like the end of the name.
+    """
     names = list(names)
+    commas = any("," in name for name in names)
     if len(names) > MOST_NAMED:
         names = [*names[: MOST_NAMED - 1], f"{len(names) - MOST_NAMED + 1} more"]
-    return listed(names)
+    return f"{'; '.join(names[:-1])}; and {names[-1]}" if commas and len(names) > 1 else listed(names)
 
 
 NO_EQUILIBRIUM = "without a stable equilibrium"

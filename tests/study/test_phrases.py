@@ -1,7 +1,10 @@
 """Phrases on what became of cases."""
 
+import pandas as pd
+
 from prb3r.quantities import describe
-from prb3r.study.phrases import failures_in_words, wish_in_words
+from prb3r.study.designs import design_names
+from prb3r.study.phrases import failures_in_words, listed_names, wish_in_words
 from prb3r.study.wishes import Requirement
 
 
@@ -22,3 +25,12 @@ def test_over_what_a_bounded_number_is_taken_is_told_whatever_it_is_called():
         )
         assert "(" not in worst
         assert others == [f"{worst} (mean)", f"{worst} (0.05 quantile)"]
+
+
+def test_designs_in_a_list_and_the_values_in_their_names_can_be_told_apart():
+    frame = pd.DataFrame({"thickness_1_m": [9e-4, 1.1e-3], "plates_1": [4, 6], "thickness_m": [1e-3, 1e-3]})
+    names = design_names(frame, ["thickness_1_m", "plates_1", "thickness_m"])
+    assert names[0] == "Thickness 1 = 0.9 mm, Plates 1 = 4, Thickness 1 mm"
+    assert listed_names(names) == f"{names[0]}; and {names[1]}"
+    assert listed_names([names[0]] * 9) == "; ".join([names[0]] * 5) + "; and 4 more"
+    assert listed_names(["thin", "thick", "odd"]) == "thin, thick and odd"

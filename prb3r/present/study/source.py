@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from prb3r.present import style
-from prb3r.quantities import Quantity
+from prb3r.quantities import Quantity, titled
 from prb3r.study.phrases import UNBOUNDED
 from prb3r.study.spec import Study
 
@@ -95,6 +95,6 @@ class Source:
         return "\n".join(f"{line}" for line in lines if line)
 
     def named(self, column: str, value: Any) -> str:
-        """A factor and its value: `Order: cable 3 first`."""
-        between = ": " if isinstance(value, str) else " "
-        return f"{self.quantity(column).title}{between}{self.cell(column, value, unit=True)}"
+        """A factor and its value: `Order: cable 3 first`, numbers as `titled` says them."""
+        title, text = self.quantity(column).title, self.cell(column, value, unit=True)
+        return f"{title}: {text}" if isinstance(value, str) else titled(title, text)
