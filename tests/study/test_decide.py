@@ -214,6 +214,14 @@ def test_one_metric_wanted_in_two_circumstances(tmp_path):
     assert table["on_pareto_front"].tolist() == [True, True]
 
 
+def test_scores_are_told_where_preferences_make_them():
+    need = [Requirement(metric="force", at_most=100)]
+    for wish in ([], [greater("area"), less("force")]):
+        markdown = advice_on(cases(TABLE, need, wish)).markdown.lower()
+        for said in ("score", "of all weights", "worst in everything"):
+            assert (said in markdown) == bool(wish)
+
+
 def test_circumstances_by_themselves():
     table = {"design": ["x", "x", "y", "y"], "a": [1.0, 5.0, 2.0, 3.0], "mu": [0.0, 0.3, 0.0, 0.3]}
     counsel = advice_on(cases(table, [], [greater("a")], ["mu"]))

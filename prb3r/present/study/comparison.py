@@ -163,12 +163,17 @@ def _ranked(decision: Decision) -> list[tuple[str, list[str]]]:
             ("on the Pareto front", ["**yes**" if on else "no" for on in decision.front]),
             ("rank", [rank.get(k, "-") for k in range(len(decision.designs))]),
         ]
-    if sum(decision.front) > 1:
+    if _scored(decision):
         columns += [
             ("score", [f"{score:.2f}" if np.isfinite(score) else "-" for score in decision.score]),
             ("first at this share of all weights", [f"{100 * share:.0f} %" for share in decision.win_share]),
         ]
     return columns
+
+
+def _scored(decision: Decision) -> bool:
+    """Whether scores tell designs apart: preferences rank several on the front."""
+    return bool(decision.preferences) and sum(decision.front) > 1
 
 
 def note_on(decision: Decision, most: int) -> str:
@@ -193,7 +198,7 @@ def note_on(decision: Decision, most: int) -> str:
             parts.append(f"Best values{' of those that keep every requirement' * (not all(decision.feasible))} in bold")
     if len(decision.designs) > most:
         parts.append(f"The {most} best ranked of {len(decision.designs):,} designs are listed")
-    if sum(decision.front) > 1:
+    if _scored(decision):
         parts.append("Scores go from 0, worst in everything, to 1, best in everything")
     return ". ".join(parts) + "."
 
@@ -255,7 +260,7 @@ def decision_pictures(decision: Decision, folder: Path, name: str) -> dict[str, 
     """
     drawn = {}
     with rc.in_use():
-        if decision.requirements or sum(decision.front) > 1:
+        if decision.requirements or _scored(decision):
             figure = decision_figure(decision)
             drawn[name] = save_figure(figure, folder, name), spots_of(figure)
         if len(decision.preferences) > 1:
