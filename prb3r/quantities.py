@@ -89,6 +89,11 @@ class Quantity:
         """The name without its unit, as words that begin a sentence."""
         return name_in_words(self.name)
 
+    @property
+    def if_empty(self) -> str:
+        """What a missing value means, as the meaning ends with `; empty: ...`; without such an end, nothing."""
+        return self.meaning.partition("; empty: ")[2]
+
 
 def name_in_words(column: str) -> str:
     """The name of a column in words, without its unit: `tip_shift_m` as `Tip shift`; a single letter stays as it is."""

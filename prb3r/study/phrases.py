@@ -101,7 +101,8 @@ def requirement_in_words(decision: Decision, k: int, r: int) -> str:
     if not np.isfinite(value):
         missing = decision.missing.get((k, r))
         where = f" in {missing.count} of {count(missing.of, 'case')}" if missing else ""
-        return f"{wish} has no value{where}, {bound} required ({(missing and missing.reason) or distance})"
+        why = (missing and missing.reason) or quantity.if_empty or distance
+        return f"{wish} has no value{where}, {bound} required ({why})"
     wanted = "allowed" if requirement.at_least is None else "required"
     return f"{wish} is {value_in_words(value, quantity, beside)}, {bound} {wanted} ({distance})"
 

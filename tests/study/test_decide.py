@@ -1,6 +1,7 @@
 """Decisions: hand-computed tables and laws that hold for any table."""
 
 import itertools
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -13,6 +14,7 @@ from prb3r.runs.store import read_arrow
 from prb3r.study.advice import bindings, exclusions, recommendation
 from prb3r.study.decide import decide
 from prb3r.study.designs import DesignCases, design_names, value_in_words
+from prb3r.study.metrics.drive import DriveTension
 from prb3r.study.wishes import Preference, Requirement, Wishes
 
 
@@ -212,6 +214,17 @@ def test_one_metric_wanted_in_two_circumstances(tmp_path):
     table = read_arrow(tmp_path / "comparison.parquet").to_pandas()
     assert table[["a_1", "a_2"]].to_numpy().tolist() == [[1, 5], [2, 3]]
     assert table["on_pareto_front"].tolist() == [True, True]
+
+
+def test_a_tension_that_no_pull_reaches_is_told_as_such():
+    metric = DriveTension(kind="drive-tension", cable="1", segment=1, bend_rad=6.0, up_to_n=300.0)
+    quantities = {quantity.name: quantity for quantity in metric.quantities()}
+    table = {"design": ["x", "y"], "drive_tension_n": [np.nan, 90.0]}
+    known = replace(cases(table, [Requirement(metric="drive_tension_n", at_most=100)]), quantities=quantities)
+    assert exclusions(decide(known)) == [
+        "**x** is out: drive tension has no value in 1 of 1 case, at most 100 N required (none up to 300 N does)."
+    ]
+    assert quantities["drive_tension_n"].meaning.endswith("by 344 degrees; empty: none up to 300 N does")
 
 
 def test_scores_are_told_where_preferences_make_them():

@@ -31,6 +31,7 @@ class DriveTension(Metric):
     def quantities(self) -> list[Quantity]:
         angle = f"{math.degrees(self.bend_rad):.0f} degrees"
         meaning = f"tension of cable {self.cable} alone that bends segment {self.segment} by {angle}"
+        meaning += f"; empty: none up to {self.up_to_n:g} N does"
         return [Quantity("drive_tension_n", "T", "N", meaning)]
 
     def values(self, cases: Solved) -> Sequence[float]:
@@ -79,6 +80,7 @@ class ChangingPoint(Metric):
 
     def quantities(self) -> list[Quantity]:
         meaning = f"tension of cable {self.cable} at which segment {self.segment} is straight"
+        meaning += f"; empty: at none up to {self.up_to_n:g} N"
         return [Quantity("changing_point_n", "T_c", "N", meaning)]
 
     def values(self, case: Solved) -> Sequence[float]:
