@@ -133,6 +133,14 @@ def test_fit_vertical_and_published_points_are_named(coupling):
     assert (point.get_xdata()[0], point.get_ydata()[0]) == pytest.approx((50.0, 60.0))
 
 
+@pytest.mark.parametrize(("shares", "below"), [([0.0, 0.0], False), ([0.0, 0.2], False), ([-0.1, 0.2], True)])
+def test_bars_begin_at_zero_also_where_all_of_them_are_zero(shares, below):
+    cases = cases_of(ratio=[1.0, 2.0], lost_share=shares)
+    (panel,) = study_figure(plot_of(name="b", kind="bars", x="ratio", y=["lost_share"]), cases, None, SCENE).axes
+    assert (panel.get_ylim()[0] < 0) == below
+    assert below or panel.get_ylim()[0] == 0
+
+
 def test_bars_have_a_panel_and_a_unit_for_each_metric():
     cases = cases_of(design=["a", "a", "b", "b"], ratio=[1.0, 2.0, 1.0, 2.0], area_m2=[0.3, 0.2, 0.1, np.nan])
     cases = cases.assign(peak_stress_pa=[5e8, 4e8, 3e8, 2e8])

@@ -32,8 +32,7 @@ def bars_figure(sheet: Sheet[BarsPlot]) -> Figure:
         name_places(panel, sheet, places)
         if plot.x != "broken_cables":
             panel.set_xlabel(sheet.shown(plot.x, plot.x_unit).label)
-    if plot.y_from_zero:
-        begin_at_zero(axes)
+    begin_at_zero(axes)
     return figure
 
 

@@ -140,7 +140,7 @@ class Charted(Plot):
     x_unit: str | None = None
     y_unit: str | None = None
     y_from_zero: bool = False
-    """Whether the y axis begins at zero, unless something lies below."""
+    """Whether the y axis begins at zero, unless something lies below; that of bars always does."""
 
     def columns(self) -> list[str | None]:
         return [self.x, *self.y, *super().columns()]
