@@ -130,7 +130,8 @@ class Decision:
         if len(choice) and self.preferences:
             low, high = np.nanmin(choice, 0, initial=np.inf), np.nanmax(choice, 0, initial=-np.inf)
             same = ~(high - low > NO_DIFFERENCE * np.maximum(np.abs(low), np.abs(high)))
-            scaled = (self.scores - low) / np.where(same, 1.0, high - low)
+            with np.errstate(invalid="ignore"):  # where all are without bound, `low` is infinite, and they are the same
+                scaled = (self.scores - low) / np.where(same, 1.0, high - low)
             worth = np.where(same, 0.0, np.clip(scaled, NOT_TO_BE_HAD, 1.0))
             worth[~self.feasible] = np.nan
         return worth

@@ -39,6 +39,15 @@ def bound_in_words(requirement: Requirement, quantity: Quantity, beside: Sequenc
     return f"{side} {value_in_words(requirement.limit, quantity, beside)}"
 
 
+def known_in_words(value: float, quantity: Quantity, beside: Sequence[float] = (), sign: float = 0.0) -> str:
+    """A value as `value_in_words` tells it, but `UNBOUNDED` if it is infinite.
+
+    By the `sign` of a criterion, an infinitely bad value stands for a missing one and is a dash.
+    """
+    unbounded = np.isinf(value) and not float(value) * sign < 0
+    return UNBOUNDED if unbounded else value_in_words(value, quantity, beside)
+
+
 def listed_names(names: Sequence[str]) -> str:
     """Names as a list in a sentence; of many, the first ones and the number of the others.
 
@@ -86,8 +95,8 @@ def preference_in_words(decision: Decision, j: int) -> str:
 
 def preferred_value_in_words(decision: Decision, k: int, j: int) -> str:
     """The number of design `k` by preference `j`, with its unit."""
-    c = len(decision.requirements) + j
-    return value_in_words(decision.values.iloc[k, j], decision.quantities[c], decision.beside(c))
+    c, sign = len(decision.requirements) + j, decision.preferences[j].sign
+    return known_in_words(decision.values.iloc[k, j], decision.quantities[c], decision.beside(c), sign)
 
 
 def requirement_in_words(decision: Decision, k: int, r: int) -> str:

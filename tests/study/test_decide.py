@@ -227,6 +227,12 @@ def test_a_tension_that_no_pull_reaches_is_told_as_such():
     assert quantities["drive_tension_n"].meaning.endswith("by 344 degrees; empty: none up to 300 N does")
 
 
+def test_a_value_without_bound_is_told_in_the_table_and_a_missing_one_is_a_dash():
+    table = {"design": ["x", "y", "z"], "a": [np.inf, 3.0, np.nan]}
+    told = advice_on(cases(table, [Requirement(metric="a", at_least=2)], [greater("a")]))
+    assert [row[1:] for row in told.table.rows[:2]] == [["without bound", "3", "- ✗"], ["without bound", "3", "-"]]
+
+
 def test_scores_are_told_where_preferences_make_them():
     need = [Requirement(metric="force", at_most=100)]
     for wish in ([], [greater("area"), less("force")]):

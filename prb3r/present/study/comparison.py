@@ -18,7 +18,8 @@ from prb3r.runs.store import arrow_table, write_arrow
 from prb3r.study import advice
 from prb3r.study.decide import by_circumstance, decide
 from prb3r.study.decision import Decision
-from prb3r.study.designs import DesignCases, value_in_words
+from prb3r.study.designs import DesignCases
+from prb3r.study.phrases import known_in_words
 
 DECISION_CAPTIONS = {
     "decision": "How far each design is inside the requirements, and what it is worth by each preference.",
@@ -126,7 +127,7 @@ def _required(decision: Decision) -> list[tuple[str, list[str]]]:
         quantity = decision.quantities[r]
         beside = decision.beside(r)
         head = f"{advice.wish_in_words(requirement, quantity)}, {advice.bound_in_words(requirement, quantity, beside)}"
-        texts = [value_in_words(value, quantity, beside) for value in decision.bounded[:, r]]
+        texts = [known_in_words(value, quantity, beside, requirement.sign) for value in decision.bounded[:, r]]
         kept = decision.margins[:, r] >= 0
         marked = [text if ok else f"{text} ✗" for text, ok in zip(texts, kept, strict=True)]
         columns.append((head, _keyed(marked, decision.bounded[:, r])))
@@ -142,7 +143,7 @@ def _preferred(decision: Decision) -> list[tuple[str, list[str]]]:
         head = f"{advice.wish_in_words(preference, quantity)} ({preference.better} is better{weight})"
         scores = decision.scores[:, j]
         best = np.isfinite(scores) & (scores == scores.max(where=decision.feasible, initial=-np.inf))
-        texts = [value_in_words(value, quantity, beside) for value in decision.values.iloc[:, j]]
+        texts = [known_in_words(value, quantity, beside, preference.sign) for value in decision.values.iloc[:, j]]
         marked = [f"**{t}**" if b else t for t, b in zip(texts, best & decision.feasible, strict=True)]
         columns.append((head, _keyed(marked, decision.values.iloc[:, j])))
     return columns

@@ -17,8 +17,8 @@ from prb3r.present.page import Table
 from prb3r.present.study.section import Section
 from prb3r.quantities import Quantity, describe, label
 from prb3r.study.compare import select
-from prb3r.study.designs import design_names, known_values, value_in_words
-from prb3r.study.phrases import bound_in_words, wish_in_words
+from prb3r.study.designs import design_names, known_values
+from prb3r.study.phrases import bound_in_words, known_in_words, wish_in_words
 from prb3r.study.rigs import (
     ALL_REQUIREMENTS,
     Rigs,
@@ -151,7 +151,7 @@ def _quantile_table(study: Study, rigs: Rigs) -> Table:
         for row in part.to_dict("records"):
             quantity = quantities[row["metric"]]
             numbers = [row.get(name, np.nan) for name in (*map(quantile_column, TOLD_QUANTILES), "sd")]
-            cells = [value_in_words(number, quantity, numbers) for number in numbers]
+            cells = [known_in_words(number, quantity, numbers) for number in numbers]
             rows.append([_title(study, quantity.name) + setting, *cells, str(row["failed"] or "")])
     return Table(["", *(f"{100 * q:g} %" for q in TOLD_QUANTILES), "standard deviation", "without a value"], rows)
 
