@@ -233,6 +233,14 @@ def test_a_value_without_bound_is_told_in_the_table_and_a_missing_one_is_a_dash(
     assert [row[1:] for row in told.table.rows[:2]] == [["without bound", "3", "- ✗"], ["without bound", "3", "-"]]
 
 
+def test_a_single_design_has_numbers_and_no_rank():
+    one = {name: column[:1] for name, column in TABLE.items()}
+    told = advice_on(cases(one, [Requirement(metric="force", at_most=100)], [greater("area")]))
+    assert told.table.rows[1] == ["area (greater is better)", "4"]
+    for said in ("rank", "Pareto", "share", "bold", "Recommendation"):
+        assert said not in told.markdown
+
+
 def test_scores_are_told_where_preferences_make_them():
     need = [Requirement(metric="force", at_most=100)]
     for wish in ([], [greater("area"), less("force")]):

@@ -143,6 +143,7 @@ def _preferred(decision: Decision) -> list[tuple[str, list[str]]]:
         head = f"{advice.wish_in_words(preference, quantity)} ({preference.better} is better{weight})"
         scores = decision.scores[:, j]
         best = np.isfinite(scores) & (scores == scores.max(where=decision.feasible, initial=-np.inf))
+        best &= not decision.alone
         texts = [known_in_words(value, quantity, beside, preference.sign) for value in decision.values.iloc[:, j]]
         marked = [f"**{t}**" if b else t for t, b in zip(texts, best & decision.feasible, strict=True)]
         columns.append((head, _keyed(marked, decision.values.iloc[:, j])))
@@ -158,7 +159,7 @@ def _ranked(decision: Decision) -> list[tuple[str, list[str]]]:
     columns = []
     if decision.requirements:
         columns.append(("keeps every requirement", ["**yes**" if able else "no" for able in decision.feasible]))
-    if decision.preferences:
+    if decision.preferences and not decision.alone:
         rank = {k: str(place) for place, k in enumerate(decision.ranking, 1)}
         columns += [
             ("on the Pareto front", ["**yes**" if on else "no" for on in decision.front]),
@@ -186,16 +187,17 @@ def note_on(decision: Decision, most: int) -> str:
         )
     if decision.preferences:
         cases = "one case" if decision.shared == 1 else f"{decision.shared} cases"
-        note = f"Preferences are over the {cases} that all designs share"
+        shared = "" if decision.alone else " that all designs share"
+        note = f"Preferences are over the {cases}{shared}"
         if decision.failed == decision.shared:
             each = "the one case" if decision.shared == 1 else f"each of the {cases}"
-            note = f"Preferences have no case to go by: in {each} that all designs share a design fails"
+            note = f"Preferences have no case to go by: in {each}{shared} a design fails"
         elif decision.failed:
             note += f", without {decision.failed} of them in which a design fails"
         if decision.left_out:
             note += f"; without {count(decision.left_out, 'case')} that only some designs have"
         parts.append(note)
-        if any(decision.feasible):
+        if any(decision.feasible) and not decision.alone:
             parts.append(f"Best values{' of those that keep every requirement' * (not all(decision.feasible))} in bold")
     if len(decision.designs) > most:
         parts.append(f"The {most} best ranked of {len(decision.designs):,} designs are listed")
