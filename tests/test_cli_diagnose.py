@@ -23,7 +23,7 @@ def test_diagnose_writes_its_record_and_says_what_it_found(tmp_path):
     assert done.returncode == 0, done.stderr
     assert done.stdout.startswith("small rig: explained; chi-square per degree of freedom ")
     assert "- Plate 4 bends as if its stiffness were 0.6" in done.stdout
-    assert "held out (out): error 0.7" in done.stdout
+    assert "held out (out): error 0.58" in done.stdout
     steps = ("set-up", "calibrate", "doubt", "test", "search", "check", "tell", "write")
     told = [line.split(":")[1].split("(")[0].strip() for line in done.stderr.splitlines()]
     assert told == list(steps)
