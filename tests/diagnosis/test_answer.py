@@ -94,7 +94,10 @@ def test_what_to_do_names_files_that_are_there_and_only_programs_that_tell(tmp_p
     vain = replace(pair.experiment, separation=pair.experiment.asked / 2)
     said = what_to_do(replace(found, experiments=(pair._replace(experiment=vain),)))
     assert "next_experiment" not in said
-    assert said.startswith("Look at the rig itself for weakened plate")
+    assert said.startswith(
+        "Look at the rig itself for weakened plate: no load program that was tried tells weakened plate from "
+        "segment stiffness."
+    )
     several = Separation("a", "b", replace(vain, title="another")), pair
     assert "next_experiment_2.csv" in what_to_do(replace(found, experiments=several))
     for verdict, file in (("explained", "explained.toml"), ("adequate", "calibrated.toml")):

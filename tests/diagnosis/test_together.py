@@ -119,7 +119,10 @@ def test_contradicting_stiffnesses_are_said_and_each_rig_keeps_its_own():
     assert all([effect.kind for effect in each.effects] == ["nonlinear_plate"] for each in found.diagnoses)
 
 
-@pytest.mark.parametrize(("probability", "said"), [(1.0, "All joint models that are left"), (0.6, "60 %"), (0.0, "")])
+@pytest.mark.parametrize(
+    ("probability", "said"),
+    [(1.0, "All joint models that are left"), (0.6, "Joint models with one value have 60 %"), (0.0, "")],
+)
 def test_one_value_in_spite_of_recordings_that_disagree_is_no_certainty(probability, said):
     alone = Estimate(2.0e11, 1.9e11, 2.1e11), Estimate(2.6e11, 2.5e11, 2.7e11)
     told = SharedParameter("", "youngs_modulus_pa", ("a", "b"), alone[0], alone, 1e-4, False, probability, ())

@@ -77,13 +77,27 @@ def _after_the_setup(diagnosis: Diagnosis) -> str:
     programs = files_of(proposed(diagnosis.experiments))
     if telling := [name for name, program in programs.items() if program.resolves]:
         return f"Record the steps of {listed(telling)} and diagnose again. Until then {weighed}."
-    doubtful = list(dict.fromkeys(effect.kind for effect in diagnosis.effects if not effect.certain or effect.rivals))
+    doubtful = [effect for effect in diagnosis.effects if not effect.certain or effect.rivals]
     if not doubtful:
         return f"Simulate this rig with explained.toml; {weighed}."
+    kinds, open_questions = (list(dict.fromkeys(map(told, doubtful))) for told in (_kind, _open_question))
     return (
-        f"Look at the rig itself for {in_words(doubtful)}: no load program that was tried tells what else it could be. "
+        f"Look at the rig itself for {in_words(kinds)}: no load program that was tried tells {listed(open_questions)}. "
         f"Until then {weighed}."
     )
+
+
+def _kind(effect: NamedEffect) -> str:
+    return effect.kind
+
+
+def _open_question(effect: NamedEffect) -> str:
+    """What is left open of an effect, as the object of a sentence: what it could be instead, where it sits, or whether
+    it is there."""
+    name, rivals = in_words([effect.kind]), list(dict.fromkeys(rival.kind for rival in effect.rivals))
+    if others := [kind for kind in rivals if kind != effect.kind]:
+        return f"{name} from {in_words(others)}"
+    return f"where or in which form {name} acts" if rivals else f"whether there is {name}"
 
 
 def _where_unexplained(diagnosis: Diagnosis) -> str:

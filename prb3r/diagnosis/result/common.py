@@ -91,9 +91,13 @@ class SharedParameter:
     def _shared_all_the_same(self) -> str:
         """A sentence on how probable one value for all rigs still is, where the recordings, each by itself, tell
         different ones."""
-        part = f"Of the probability of all, {100 * self.probability:.0f} % falls on"
-        how = "All" if self.probability > self.settings.all_probability else part
-        return f"{how} joint models that are left have one value: an effect of one rig can make up the difference."
+        share = f"Joint models with one value have {100 * self.probability:.0f} % of the probability"
+        how = (
+            "All joint models that are left have one value"
+            if self.probability > self.settings.all_probability
+            else share
+        )
+        return f"{how}: an effect of one rig can make up the difference."
 
 
 @dataclass(frozen=True)
