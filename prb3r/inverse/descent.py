@@ -1,8 +1,9 @@
 """Local optimisation of cable tensions: first to the target, then to the least force or stress that stays on it.
 
 The distance to the target is minimised by bounded least squares.  Where it vanishes, the sum of the tensions, or the
-highest stress, is minimised by sequential quadratic programming with the target as equality constraint.  Both use
-exact derivatives, except of the stress, which is differenced.
+highest stress, is minimised by sequential quadratic programming with the target as equality constraint; where it does
+not, the distance itself is, along the rim of the workspace.  All use exact derivatives, except of the stress, which is
+differenced.
 """
 
 import numpy as np
@@ -17,6 +18,8 @@ reached the squared distance falls to nothing, so that its change ends only sear
 MOST_STEPS = 60
 """Evaluations of a least-squares search at most; Gauss-Newton reaches a target that can be reached in ten, a search
 that takes more creeps along the rim of the workspace."""
+NOWHERE = 1e3
+"""Distance, in straight lengths, that stands for that of tensions without an equilibrium."""
 STANDING_PARTS = (1.0, 0.7, 0.5, 0.3, 0.1)
 """Factors on the tensions of a start, tried in turn until the manipulator has an equilibrium under the scaled start."""
 STRESS_STEP = 1e-6
@@ -56,6 +59,43 @@ def nearest_pull(pull: Pull, start: np.ndarray, most: np.ndarray) -> np.ndarray 
         max_nfev=MOST_STEPS,
     )
     return whole(result.x)
+
+
+def along_rim(pull: Pull, start: np.ndarray, most: np.ndarray) -> np.ndarray | None:
+    """(m,) tensions, N, nearest to a target out of reach that a quasi-Newton descent from `start` finds; else `start`.
+
+    On the rim of the workspace cables that pull against each other bring the disk nearer by little: least squares,
+    which leave out how the derivatives change, stop far from the end of such a valley.  None without an equilibrium
+    under `start`.
+    """
+    if not pull.stands(start):
+        return None
+    free = most > 0
+
+    def whole(part: np.ndarray) -> np.ndarray:
+        """(m,) tensions, N, from the free ones as shares of their limits."""
+        tension = np.zeros_like(most)
+        tension[free] = np.clip(part, 0, 1) * most[free]
+        return tension
+
+    def distance(part: np.ndarray) -> tuple[float, np.ndarray]:
+        """The norm of the errors and its derivatives by the shares; where nothing stands, far and flat."""
+        off, rate = pull(whole(part))
+        norm = float(np.linalg.norm(off))
+        if not np.isfinite(norm) or not np.isfinite(rate).all() or norm == 0:
+            return (0.0 if norm == 0 else NOWHERE), np.zeros(free.sum())
+        return norm, off / norm @ rate[:, free] * most[free]
+
+    result = scipy.optimize.minimize(
+        distance,
+        start[free] / most[free],
+        jac=True,
+        method="SLSQP",
+        bounds=[(0, 1)] * int(free.sum()),
+        options={"ftol": SETTLED, "maxiter": 100},
+    )
+    tension = np.where(whole(result.x) < SHUT * most, 0.0, whole(result.x))
+    return tension if np.linalg.norm(pull(tension).off) < np.linalg.norm(pull(start).off) else start
 
 
 def least_pull(pull: Pull, start: np.ndarray, most: np.ndarray) -> np.ndarray:

@@ -232,6 +232,6 @@ def _note(target: Target, best: Found | None, most: np.ndarray, names: list[str]
         full = [
             name for name, pull, limit in zip(names, best.tension, most, strict=True) if 0 < limit <= pull * (1 + 1e-6)
         ]
-        return f"cable {' and '.join(full)} at the largest tension" if full else "no pull brings it nearer"
+        return f"cable {' and '.join(full)} at the largest tension" if full else "no nearer pull was found"
     stuck = [name for name, pull, slip in zip(names, best.tension, best.slip, strict=True) if pull > 0 and slip == 0]
     return f"cable {' and '.join(stuck)} sticks: its friction, either way, is taken as none" if stuck else ""

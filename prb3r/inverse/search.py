@@ -5,13 +5,13 @@ start, and `descent.py` finds where it leads.  Declared friction must agree with
 out gets the slip +1, and the descent is repeated from there.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy
 
-from prb3r.inverse.descent import least_pull, nearest_pull
+from prb3r.inverse.descent import along_rim, least_pull, nearest_pull
 from prb3r.inverse.pull import Pull, lengths
 from prb3r.inverse.target import ARRIVED
 from prb3r.mechanics.chain import Chain, loads
@@ -24,9 +24,14 @@ four cables."""
 STARTS = 6
 """Starts that are followed at most; with few unknowns the best solution is nearly always that of the first or second
 (`tests/inverse` compares with brute force)."""
+RIM_STARTS = 2
+"""Pulls, the nearest first, that are followed on along the rim where a target is out of reach; most lead to one end."""
 LET_OFF = (1.0, 0.8, 0.5)
 """Factors on the tensions of the pull before, each a start where friction follows the travel: within the dead band of
 such friction the disks hardly move, so that a descent from the pull before itself finds no way out."""
+
+Descent = Callable[[Pull, np.ndarray, np.ndarray], np.ndarray | None]
+"""A function from a pull, tensions to start from and the largest tensions to nearer ones; None where none stand."""
 
 
 @dataclass(frozen=True)
@@ -89,30 +94,33 @@ def starts(pull: Pull, most: np.ndarray) -> list[np.ndarray]:
     return [tension[row] for row in list(nearest.values())[:STARTS]]
 
 
-def pulls_from(pull: Pull, start: np.ndarray, most: np.ndarray, before: np.ndarray) -> Iterator[Found]:
+def pulls_from(
+    pull: Pull, start: np.ndarray, most: np.ndarray, before: np.ndarray, descent: Descent = nearest_pull
+) -> Iterator[Found]:
     """The pulls that descents from `start` find whose declared slip agrees with the cables' travel.
 
-    The travel is counted from the lengths `before` (m,), m.  First all cables are declared drawn in, then each as it
+    The travel is counted from the lengths `before` (m,), m.  First the slip is that of `pull`, then each as it
     travelled.  A cable that is paid out when declared drawn in, and drawn in when declared paid out, sticks: its
     friction lies between the two and is taken as zero.
     """
     seen, last = set(), pull.slip  # slips that were declared before, and the last of them
     while pull.slip.tobytes() not in seen:
         seen.add(pull.slip.tobytes())
-        slip, ended = pull.slip, pull_with_slip(pull, start, most)
+        slip, ended = pull.slip, pull_with_slip(pull, start, most, descent)
         travelled = last  # without an equilibrium, the cables whose slip has just been reversed stick
         if ended is not None:
-            travelled, start = travel_slip(pull, ended.tension, ended.lengths - before), ended.tension
-            if np.all((travelled == slip) | (slip == 0)):
-                yield ended
+            travelled, start = travel_slip(pull, ended.lengths - before), ended.tension
+            pulled = ended.tension > 0
+            if np.all((travelled == slip) | (slip == 0) | ~pulled):
+                yield replace(ended, slip=np.where(pulled, slip, -1.0))
         if travelled.tobytes() in seen:
             travelled = np.where(travelled == slip, slip, 0.0)
         pull, last = replace(pull, slip=np.where(slip == 0, 0.0, travelled), known={}), slip
 
 
-def pull_with_slip(pull: Pull, start: np.ndarray, most: np.ndarray) -> Found | None:
+def pull_with_slip(pull: Pull, start: np.ndarray, most: np.ndarray, descent: Descent) -> Found | None:
     """The pull that a descent from `start` finds under the slip of `pull`; None without a stable equilibrium."""
-    tension = nearest_pull(pull, start, most)
+    tension = descent(pull, start, most)
     if tension is None:
         return None
     if np.linalg.norm(pull(tension).off) <= ARRIVED:
@@ -126,15 +134,16 @@ def pull_with_slip(pull: Pull, start: np.ndarray, most: np.ndarray) -> Found | N
     return Found(tension, pull.slip, place, distance, lengths(pull.chain, states)[-1], stress, cost)
 
 
-def travel_slip(pull: Pull, tension: np.ndarray, longer: np.ndarray) -> np.ndarray:
-    """(m,) slip that agrees with the travel: +1 for a pulled cable that has become `longer` (m,), m, else -1.
+def travel_slip(pull: Pull, longer: np.ndarray) -> np.ndarray:
+    """(m,) slip that agrees with the travel: +1 for a cable that has become `longer` (m,), m, else -1.
 
-    Where friction is not declared, or nothing rubs, at holes or pulleys, it is the slip of `pull`.
+    Of a cable that is not pulled it is the slip with which it would rub, were it pulled.  Where friction is not declared,
+    or nothing rubs, at holes or pulleys, it is the slip of `pull`.
     """
     chain = pull.chain
     if chain.presliding > 0 or not (chain.friction.any() or np.any(chain.pulley != 1)):
         return pull.slip
-    return np.where((tension > 0) & (longer > 0), 1.0, -1.0)
+    return np.where(longer > 0, 1.0, -1.0)
 
 
 def best_pull(pull: Pull, most: np.ndarray, before: np.ndarray, near: np.ndarray | None = None) -> Found | None:
@@ -154,4 +163,9 @@ def best_pull(pull: Pull, most: np.ndarray, before: np.ndarray, near: np.ndarray
         if followed is not None and followed.distance <= ARRIVED:
             return followed
     candidates = [candidate for start in starts(pull, most) for candidate in pulls_from(pull, start, most, before)]
+    candidates.sort(key=lambda candidate: candidate.rank)
+    if candidates and candidates[0].distance > ARRIVED:
+        for found in candidates[:RIM_STARTS]:
+            there = replace(pull, slip=found.slip, known={})
+            candidates += pulls_from(there, found.tension, most, before, along_rim)
     return min(candidates, key=lambda candidate: candidate.rank, default=None)

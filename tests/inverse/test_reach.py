@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 import pytest
-from small_rig import FREE, RUBBING, STICKY, comes_to, with_effects
+from small_rig import ARM, FREE, RUBBING, STICKY, comes_to, with_effects
 
 import prb3r
 from prb3r.errors import SpecError
@@ -146,6 +146,29 @@ def test_a_smaller_largest_tension_reaches_no_farther_and_is_kept():
     assert distances == sorted(distances, reverse=True)
     assert distances[0] > 2 * distances[-1]
     assert "at the largest tension" in prb3r.reach(FREE, x_m=0.10, y_m=0.13, most_n=5.0).sentences[0]
+
+
+def test_out_of_reach_cables_that_pull_against_each_other_bring_the_disk_nearest():
+    """On the rim the distance is flat in such tensions; of 20,000 pulls that rub the same way none leads nearer."""
+    target, most = np.array([0.25, 0.02]), 120.0
+    answer = prb3r.reach(RUBBING, x_m=target[0], y_m=target[1], most_n=most)
+    tension = np.random.default_rng(2).uniform(0, most, (20_000, 4))
+    columns = {f"cable_{name}_n": tension[:, j] for j, name in enumerate("1234")}
+    slips = {f"slip_{name}": np.full(len(tension), answer.steps[f"slip_{name}"][0]) for name in "1234"}
+    tips = prb3r.solve(RUBBING, {"sequence": np.arange(len(tension)), "step": np.ones(len(tension))} | columns | slips)
+    tips = tips[(tips["disk"] == 6) & (tips["outcome"] == "converged")]
+    assert answer.table["distance_m"][0] <= np.hypot(tips["x_m"] - target[0], tips["y_m"] - target[1]).min() + 1e-9
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("target", [(0.45, 0.1), (0.3, 0.3)])
+def test_an_arm_that_may_pull_harder_comes_no_less_near(target):
+    """Three segments under their weight; pulls of 48.1, 46.0, 353 and 291 N lead within 32.8 mm of the first."""
+    answers = [prb3r.reach(ARM, x_m=target[0], y_m=target[1], most_n=most) for most in (60, 120, 385, 800)]
+    distances = [answer.table["distance_m"][0] for answer in answers]
+    assert distances == sorted(distances, reverse=True)
+    assert distances[2] < 0.0328
+    assert "nearest is" in answers[-1].sentences[0]
 
 
 def test_broken_and_dead_cables_are_not_pulled():
