@@ -92,7 +92,8 @@ def reach(
     -------
     The load steps to apply, and whether each target is reached; for a target that is not, the nearest state, where
     angles are compared with distances by the manipulator's length.  With declared friction, each cable's slip agrees
-    with its travel in that step; with `direction = "history"` friction follows the whole path.  Friction that
+    with its travel in that step, and `applied` says in which order to pull them where it matters; with
+    `direction = "history"` friction follows the whole path.  Friction that
     depends on the rate of the tension is that at the reference rate, as targets have no times.
 
     Raises

@@ -18,7 +18,7 @@ reached the squared distance falls to nothing, so that its change ends only sear
 MOST_STEPS = 60
 """Evaluations of a least-squares search at most; Gauss-Newton reaches a target that can be reached in ten, a search
 that takes more creeps along the rim of the workspace."""
-NOWHERE = 1e3
+FAR_OFF = 1e3
 """Distance, in straight lengths, that stands for that of tensions without an equilibrium."""
 STANDING_PARTS = (1.0, 0.7, 0.5, 0.3, 0.1)
 """Factors on the tensions of a start, tried in turn until the manipulator has an equilibrium under the scaled start."""
@@ -83,7 +83,7 @@ def along_rim(pull: Pull, start: np.ndarray, most: np.ndarray) -> np.ndarray | N
         off, rate = pull(whole(part))
         norm = float(np.linalg.norm(off))
         if not np.isfinite(norm) or not np.isfinite(rate).all() or norm == 0:
-            return (0.0 if norm == 0 else NOWHERE), np.zeros(free.sum())
+            return (0.0 if norm == 0 else FAR_OFF), np.zeros(free.sum())
         return norm, off / norm @ rate[:, free] * most[free]
 
     result = scipy.optimize.minimize(

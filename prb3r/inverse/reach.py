@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 
 from prb3r.errors import Problem, SpecError, did_you_mean
+from prb3r.inverse.applied import application
 from prb3r.inverse.pull import Aim, Least, Pull, lengths
 from prb3r.inverse.reached import BEYOND_YIELD, IS_REACHED, NO_PULL, NOT_REACHED, Reached
 from prb3r.inverse.search import Found, best_pull, natural_limits
@@ -63,7 +64,9 @@ def pulls_to(
         tell(far)
     most = limits(chain, most_n)
     pulls = pulls_along(chain, targets, most, aim_of(manipulator, least))
-    return Reached(manipulator, _steps(manipulator, pulls), _table(targets, pulls, most, manipulator))
+    table = _table(targets, pulls, most, manipulator)
+    applied = application(chain, manipulator.friction.presliding_m, manipulator.cable_names, targets, pulls)
+    return Reached(manipulator, _steps(manipulator, pulls), table, applied)
 
 
 def as_searched(manipulator: Manipulator, broken: Collection[str]) -> Manipulator:

@@ -27,6 +27,9 @@ class Reached:
     comes (`x_m`, ...), its errors `distance_m` and `turn_off_rad`, `total_n` (the sum of the tensions),
     `peak_stress_pa` and `safety_factor` (of the plates against yield, as far as the manipulator tells), `reached`, the
     `outcome` (`reached`, `beyond yield`, `not reached` or `no equilibrium`), and a `note`."""
+    applied: str
+    """How the tensions have to be applied for cables to slip as declared, where pulling all of them together leads
+    elsewhere; else empty."""
 
     @property
     def reached(self) -> bool:
@@ -40,8 +43,10 @@ class Reached:
 
     @property
     def sentences(self) -> list[str]:
-        """A sentence for each target: the sum of tensions with which it is reached, or how near the disk comes."""
-        return [_sentence(row) for row in self.table.to_dict("records")]
+        """A sentence for each target: the sum of tensions with which it is reached, or how near the disk comes; and how
+        the tensions have to be applied, where that matters."""
+        said = [_sentence(row) for row in self.table.to_dict("records")]
+        return [*said, self.applied] if self.applied else said
 
 
 def _sentence(row: dict) -> str:

@@ -137,8 +137,8 @@ def pull_with_slip(pull: Pull, start: np.ndarray, most: np.ndarray, descent: Des
 def travel_slip(pull: Pull, longer: np.ndarray) -> np.ndarray:
     """(m,) slip that agrees with the travel: +1 for a cable that has become `longer` (m,), m, else -1.
 
-    Of a cable that is not pulled it is the slip with which it would rub, were it pulled.  Where friction is not declared,
-    or nothing rubs, at holes or pulleys, it is the slip of `pull`.
+    Of a cable that is not pulled it is the slip with which it would rub, were it pulled.  Where friction is not
+    declared, or nothing rubs, at holes or pulleys, it is the slip of `pull`.
     """
     chain = pull.chain
     if chain.presliding > 0 or not (chain.friction.any() or np.any(chain.pulley != 1)):

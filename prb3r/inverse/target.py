@@ -72,6 +72,12 @@ class Target:
         """
         return ((place - self.wanted) / self.scale)[..., self.asked]
 
+    def off_in_words(self, place: np.ndarray) -> str:
+        """How far a place (3,) of the disk is off the coordinates asked for: `3.1 mm and 0.02 rad`."""
+        off = np.where(self.asked, place - self.wanted, 0.0)
+        parts = [f"{1e3 * float(np.hypot(off[0], off[1])):.3g} mm"] if self.asked[:2].any() else []
+        return " and ".join([*parts, *([f"{abs(off[2]):.3g} rad"] if self.asked[2] else [])])
+
     def rate(self, derivatives: Sensitivities) -> np.ndarray:
         """(k, p) derivatives of :meth:`off` by `p` parameters at the last step, per unit of each."""
         disk = np.stack([field[-1, self.disk] for field in (derivatives.dx, derivatives.dy, derivatives.dangle)])
