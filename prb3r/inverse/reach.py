@@ -64,7 +64,8 @@ def pulls_to(
         tell(far)
     most = limits(chain, most_n)
     pulls = pulls_along(chain, targets, most, aim_of(manipulator, least))
-    table = _table(targets, pulls, most, manipulator)
+    alone = pulls_from_rest(chain, targets, pulls, most, aim_of(manipulator, least))
+    table = _table(targets, pulls, alone, most, manipulator)
     applied = application(chain, manipulator.friction.presliding_m, manipulator.cable_names, targets, pulls)
     return Reached(manipulator, _steps(manipulator, pulls), table, applied)
 
@@ -155,6 +156,21 @@ def pulls_along(chain: Chain, targets: list[Target], most: np.ndarray, aim: Aim)
     return pulls
 
 
+def pulls_from_rest(
+    chain: Chain, targets: list[Target], pulls: list[Found | None], most: np.ndarray, aim: Aim
+) -> list[Found | None]:
+    """For each target that its pull of `pulls_along` does not reach, the pull that reaches it from rest; else None.
+
+    From rest: as if the target were the only one.
+    """
+    found: list[Found | None] = []
+    for number, (target, pull) in enumerate(zip(targets, pulls, strict=True)):
+        missed = number > 0 and (pull is None or not target.reached(pull.place))
+        alone = pulls_along(chain, [target], most, aim)[0] if missed else None
+        found.append(alone if alone is not None and target.reached(alone.place) else None)
+    return found
+
+
 def held_loads(chain: Chain, pulls: list[Found | None]) -> Loads:
     """The loads of a step for each of the `pulls`, one after the other.
 
@@ -181,11 +197,15 @@ def _steps(manipulator: Manipulator, pulls: list[Found | None]) -> pd.DataFrame:
 
 
 def _table(
-    targets: list[Target], pulls: list[Found | None], most: np.ndarray, manipulator: Manipulator
+    targets: list[Target],
+    pulls: list[Found | None],
+    alone: list[Found | None],
+    most: np.ndarray,
+    manipulator: Manipulator,
 ) -> pd.DataFrame:
     """A row for each target with the columns of `Reached.table`."""
     rows, names, chain = [], manipulator.cable_names, manipulator.chain()
-    for number, (target, best) in enumerate(zip(targets, pulls, strict=True), 1):
+    for number, (target, best, rested) in enumerate(zip(targets, pulls, alone, strict=True), 1):
         place = np.full(3, np.nan) if best is None else best.place
         off = np.where(target.asked, place - target.wanted, 0.0)
         reached = best is not None and target.reached(place)
@@ -203,7 +223,7 @@ def _table(
                 "safety_factor": safety,
                 "reached": reached,
                 "outcome": _outcome(best, reached, safety),
-                "note": _note(target, best, most, names) + _remark(chain, target, reached),
+                "note": _note(target, best, most, names) + _from_rest(rested, names) + _remark(chain, target, reached),
             }
         )
     return pd.DataFrame(rows)
@@ -220,6 +240,14 @@ def _safety(manipulator: Manipulator, stress: float) -> float:
     if manipulator.yield_stress_pa is None or not np.isfinite(stress):
         return np.nan
     return manipulator.yield_stress_pa / stress if stress else np.inf
+
+
+def _from_rest(rested: Found | None, names: list[str]) -> str:
+    """Ending of the note on a target that is not reached from the one before, but from rest: with which tensions."""
+    if rested is None:
+        return ""
+    pulled = [f"{name} {pull:.4g} N" for name, pull in zip(names, rested.tension, strict=True) if pull > 0]
+    return f"; this is from the target before; from rest it is reached with {', '.join(pulled)}"
 
 
 def _remark(chain: Chain, target: Target, reached: bool) -> str:

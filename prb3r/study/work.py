@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from prb3r.inverse.reach import aim_of, held_loads, lag_problem, limits, pulls_along
+from prb3r.inverse.reach import aim_of, held_loads, lag_problem, limits, pulls_along, pulls_from_rest
 from prb3r.inverse.target import chain_targets
 from prb3r.mechanics.chain import Chain
 from prb3r.model.laws.self_consistent import equilibria_of
@@ -96,9 +96,11 @@ def _followed(reach: Tree, manipulator: Manipulator, chain: Chain) -> Solved:
         raise ValueError(lags)
     targets = chain_targets(chain, chain.plates if reach["disk"] == "tip" else int(reach["disk"]), reach["target"])
     most, aim = limits(chain, reach.get("most_n")), aim_of(manipulator, reach["least"])
-    steps = held_loads(chain, pulls_along(chain, targets, most, aim))
+    pulls = pulls_along(chain, targets, most, aim)
+    steps = held_loads(chain, pulls)
     states = equilibria_of(chain, steps, eigenvalue=True)
-    return Solved(manipulator, chain, steps, states, targets=tuple(targets))
+    alone = tuple(pull is not None for pull in pulls_from_rest(chain, targets, pulls, most, aim))
+    return Solved(manipulator, chain, steps, states, targets=tuple(targets), from_rest=alone)
 
 
 # Chunks ------------------------------------------------------------------------------------------------------------

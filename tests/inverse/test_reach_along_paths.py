@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 import pytest
-from small_rig import FREE, RUBBING, STICKY, comes_to, small, with_effects
+from small_rig import FREE, RUBBING, STICKY, arm, comes_to, small, with_effects
 
 import prb3r
 from prb3r.inverse import search
@@ -11,6 +11,8 @@ from prb3r.inverse.pull import lengths
 from prb3r.inverse.search import best_pull
 from prb3r.mechanics.chain import loads, no_loads
 from prb3r.mechanics.equilibrium import solve_chain
+from prb3r.present.study.publish import publish
+from prb3r.study.run import Options, Workers, solve_study
 
 
 @pytest.mark.long
@@ -125,3 +127,28 @@ def test_targets_are_taken_in_the_order_of_their_rows():
     backward = prb3r.reach(FREE, path=path.iloc[::-1]).table
     assert backward["wanted_x_m"].tolist() == path["x_m"].tolist()[::-1]
     assert prb3r.reach(FREE, path=path.iloc[1:]).reached
+
+
+@pytest.mark.long
+def test_a_target_that_the_way_along_the_path_misses_is_said_to_be_reached_from_rest(tmp_path):
+    """From the first target the second is 4.5 mm away, within 120 N; from rest cables that are paid out lead there."""
+    places, heavy = [(0.3666666667, 0.1666666667), (0.35, 0.20)], arm(tip_mass_kg=0.3)
+    answer = prb3r.reach(heavy, path=pd.DataFrame(places, columns=["x_m", "y_m"]), most_n=120)
+    alone = prb3r.reach(heavy, x_m=0.35, y_m=0.20, most_n=120)
+    assert answer.table["reached"].tolist() == [True, False]
+    assert alone.reached
+    pull = alone.steps.filter(like="cable_").to_numpy()[0]
+    said = [f"{name} {n:.4g} N" for name, n in zip(heavy.cable_names, pull, strict=True) if n]
+    assert f"from rest it is reached with {', '.join(said)}" in answer.sentences[1]
+
+    (tmp_path / "arm.toml").write_text(heavy.to_toml())
+    targets = ", ".join(f"{{ x_m = {x}, y_m = {y} }}" for x, y in places)
+    (tmp_path / "way.toml").write_text(
+        'name = "way"\ntitle = "Way"\nmanipulator = "arm.toml"\nstates = "path"\n'
+        f'[reach]\nmost_n = 120\ntarget = [{targets}]\n[[metric]]\nkind = "follow"\n'
+    )
+    result = solve_study(tmp_path / "way.toml", Options(tmp_path / "out", Workers(jobs=1)))
+    assert result.cases[["reached_share", "reachable_share"]].iloc[0].tolist() == [0.5, 1.0]
+    publish(result)
+    assert "1 of 2 targets reached" in (said := (result.folder / "summary.md").read_text())
+    assert "1 more reached from rest" in said

@@ -24,6 +24,10 @@ DRAWN_STATES = 4
 """Manipulators that are drawn along a path, evenly spaced from the first to the last target."""
 MOST_TOLD_PATHS = 24
 """Cases that have a sentence at most; all are in the table."""
+MISSED_NOTE = (
+    "Each target is sought from the target before, with the slips of that change. Missed targets: the disk is as near "
+    "as a pull from there was found to bring it; those that are reached alone, from rest, are counted."
+)
 REACHED: dict[str, Any] = {"ls": "", "marker": "o", "ms": 3.2, "mfc": "white", "mec": style.INK, "mew": 0.8}
 MISSED: dict[str, Any] = {"ls": "", "marker": "x", "ms": 4.5, "mew": 1.2, "color": style.ALARM}
 
@@ -122,7 +126,7 @@ def paths_section(result: Result, scene: Scene) -> Section:
     Without the metric `follow` it has no sentences.
     """
     said = list(_followed(result, scene)) if "reached_share" in result.cases else []
-    return Section("Along the path", said, [], "Missed targets: the disk is as near as the cables bring it.")
+    return Section("Along the path", said, [], MISSED_NOTE)
 
 
 def _followed(result: Result, scene: Scene) -> Iterator[str]:
@@ -146,9 +150,13 @@ def _followed(result: Result, scene: Scene) -> Iterator[str]:
             for name, value in zip(COORDINATES, targets[first - 1].wanted, strict=True)
             if np.isfinite(value)
         )
+        alone = round(row["reachable_share"] * len(targets)) - met
+        rest = (
+            f"; {alone} more reached from rest (`prb3r reach` with that target alone tells the pull)" if alone else ""
+        )
         off = [f"{1e3 * row['farthest_off_m']:.3g} mm"] if row["farthest_off_m"] > 0 else []
         off += [f"{row['most_turned_off_rad']:.3g} rad"] if row["most_turned_off_rad"] > 0 else []
         yield (
             f"{before}{met} of {count(len(targets), 'target')} reached; the first that is not is number {first} "
-            f"({place}); at most {' and '.join(off)} off; {force}."
+            f"({place}); at most {' and '.join(off)} off{rest}; {force}."
         )

@@ -50,6 +50,8 @@ class Solved:
     """For a cloud: loads that bring a plate nearer to yield than this factor do not count."""
     targets: tuple[Target, ...] = ()
     """Target of each step, if the loads bring a disk along targets; there is one case then."""
+    from_rest: tuple[bool, ...] = ()
+    """For each target whether it is reached from rest, where it is not from the target before."""
 
     @property
     def steps(self) -> int:

@@ -80,7 +80,7 @@ class Workspace(Metric):
 
 
 class Follow(Metric):
-    """How well a disk follows the targets of the study's `[reach]`, and with what tensions."""
+    """How well a disk follows the targets of the study's `[reach]`, from one to the next, and with what tensions."""
 
     kind: Literal["follow"]
     of_paths: ClassVar[bool] = True
@@ -93,6 +93,7 @@ class Follow(Metric):
             Quantity("most_turned_off_rad", "", "rad", "largest angle between the disk and its target"),
             Quantity("highest_tension_n", "T_max", "N", "highest tension of a cable on the way"),
             Quantity("highest_sum_n", "", "N", "highest sum of the tensions on the way"),
+            Quantity("reachable_share", "", "1", "share of the targets reached on the way or, alone, from rest"),
         ]
 
     def values(self, case: Solved) -> Sequence[float]:
@@ -109,4 +110,5 @@ class Follow(Metric):
             float(np.abs(off[:, 2]).max()),
             float(case.loads.tension.max()),
             float(case.loads.tension.sum(1).max()),
+            float(np.mean(reached | np.array(case.from_rest))),
         )
