@@ -152,10 +152,9 @@ def _answers(result: "Result") -> str:
 
         text += "".join(f"\n  {sentence}" for sentence in share_sentences(result.rigs))
     if "workspace_half_share" in result.cases:
-        from prb3r.study.workspace import convergence_warning
+        from prb3r.study.workspace import workspace_warnings
 
-        warning = convergence_warning(result.cases["workspace_half_share"].to_numpy(float))
-        text += f"\n  {warning}" if warning else ""
+        text += "".join(f"\n  {warning}" for warning in workspace_warnings(dict(result.cases.items())))
     return text
 
 

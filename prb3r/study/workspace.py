@@ -20,22 +20,37 @@ MOST_DISKS = 2**18
 
 SETTLED_SHARE = 0.9
 """Share of a workspace below which the first half of its loads reaches too little to call the workspace converged."""
+MOST_DROPPED = 0.25
+"""Share of the loads of a workspace that may not count before this is warned of.  Choice."""
 
 
-def convergence_warning(shares: np.ndarray) -> str:
-    """A warning about workspaces that have not converged, empty if all have.
+def workspace_warnings(cases: Mapping[str, np.ndarray]) -> list[str]:
+    """Warnings about workspaces that have not converged, or of which many loads do not count; none if all is well.
 
     Parameters
     ----------
-    shares : (w,) share of the area of each workspace that the first half of its loads reaches.
+    cases : columns of numbers of all cases, by name; without those of the metric `workspace` there is no warning.
     """
-    few = shares[shares < SETTLED_SHARE]
-    if not len(few):
-        return ""
-    return (
-        f"{len(few)} of {len(shares)} workspaces still grow with the number of loads: the first half reaches as "
-        f"little as {100 * few.min():.0f} % of the area. Give more loads (count) or larger cells (cell)."
+    if "workspace_half_share" not in cases:
+        return []
+    shares, loads, dropped = (
+        np.asarray(cases[f"workspace_{name}"], float) for name in ("half_share", "loads", "dropped")
     )
+    few, said = shares[shares < SETTLED_SHARE], []
+    if len(few):
+        said.append(
+            f"{len(few)} of {len(shares)} workspaces still grow with the number of loads: the first half reaches as "
+            f"little as {100 * few.min():.0f} % of the area. Give more loads (count) or larger cells (cell)."
+        )
+    if many := int((dropped > MOST_DROPPED).sum()):
+        worst = int(np.nanargmax(dropped))
+        said.append(
+            f"{many} of {len(shares)} workspaces lose many loads: up to {100 * dropped[worst]:.0f} % bring plates too "
+            f"near to yield or have no equilibrium, and are not replaced: area, outline and hull rest on "
+            f"{loads[worst]:,.0f} loads and come out too small, the more so the larger the tensions. Give more loads "
+            "(count) or smaller tensions (tension_n), and compare workspaces of about as many loads (workspace_loads)."
+        )
+    return said
 
 
 @dataclass(frozen=True)

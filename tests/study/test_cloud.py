@@ -209,6 +209,20 @@ def test_a_workspace_that_still_grows_with_its_loads_is_warned_of(spec, tmp_path
     assert "still grow" not in (enough.folder / "report.html").read_text()
 
 
+def test_loads_that_are_dropped_are_counted_and_warned_of_where_they_are_many(spec, tmp_path):
+    """A workspace within a safety factor rests on the loads that keep it, whatever their number was."""
+    for safety, said in (("0", False), ("2.5", True)):
+        result = solve_study(
+            spec(YIELDING.replace("[cloud]", f"[cloud]\nsafety = {safety}")), Options(tmp_path / safety)
+        )
+        publish(result)
+        (case,) = result.cases.to_dict("records")
+        assert case["workspace_loads"] == result.states()["x_m"].notna().sum()
+        assert case["workspace_dropped"] == pytest.approx(1 - case["workspace_loads"] / 4_000)
+        report = (result.folder / "report.html").read_text()
+        assert (f"rest on {case['workspace_loads']:,.0f} loads" in report) == (case["workspace_dropped"] > 0.25) == said
+
+
 METRICS = """
 [[metric]]
 kind = "coupling"

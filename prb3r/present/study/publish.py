@@ -8,7 +8,7 @@ from prb3r.present.study.report import Answers, write_report
 from prb3r.present.study.section import Section
 from prb3r.present.study.source import Source
 from prb3r.study.run import Result
-from prb3r.study.workspace import convergence_warning
+from prb3r.study.workspace import workspace_warnings
 
 
 def publish(result: Result) -> list[Path]:
@@ -28,10 +28,8 @@ def publish(result: Result) -> list[Path]:
         from prb3r.present.study.pictures import draw_pictures  # loads matplotlib
 
         files, figures, answers, problems = draw_pictures(result, source)
-    if "workspace_half_share" in result.cases:
-        warning = convergence_warning(result.cases["workspace_half_share"].to_numpy(float))
-        told = [Section("Convergence", [warning], [])] if warning else []
-        answers = replace(answers, sections=[*answers.sections, *told])
+    if warnings := workspace_warnings(dict(result.cases.items())):
+        answers = replace(answers, sections=[*answers.sections, Section("Convergence", warnings, [])])
     files += write_report(result.folder, source, figures, answers)
     if problems:
         raise SpecError(*problems)

@@ -48,6 +48,8 @@ class Workspace(Metric):
             Quantity("workspace_failed", "", "1", "share of the loads that have no equilibrium"),
             Quantity("workspace_beyond_yield", "", "1", "share of the loads nearer to yield than the safety asked for"),
             Quantity("workspace_tension_n", "T_max", "N", "highest tension of a cable among the loads that count"),
+            Quantity("workspace_loads", "", "1", "number of loads that count: solved, and not too near to yield"),
+            Quantity("workspace_dropped", "", "1", "share of the loads that do not count"),
         ]
 
     def problems(self, manipulator: Manipulator, cloud: bool) -> Iterator[str]:
@@ -76,7 +78,9 @@ class Workspace(Metric):
         whole = area(x, y, side)
         share = area(x[:half], y[:half], side) / whole if whole else np.nan
         hull, width = outline(x[tips.corner], y[tips.corner])
-        return whole, share, hull, width, float(np.mean(~good)), yielding, float(np.fmax.reduce(tips.pull))
+        failed, strongest = float(np.mean(~good)), float(np.fmax.reduce(tips.pull))
+        counted = np.isfinite(x)
+        return whole, share, hull, width, failed, yielding, strongest, float(counted.sum()), float(np.mean(~counted))
 
 
 class Follow(Metric):
