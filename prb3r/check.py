@@ -97,8 +97,8 @@ def _check_wishes(path: Path) -> str:
 
 
 def _check_study(path: Path) -> str:
-    """How many cases a study has, in one line, and remarks on declared slips that they ignore; raises SpecError for
-    problems."""
+    """How many cases a study has, at most if it searches, in one line, and remarks on declared slips that they ignore;
+    raises SpecError for problems."""
     from prb3r.study.plan import plan_study
 
     plan = plan_study(path)
@@ -110,7 +110,8 @@ def _check_study(path: Path) -> str:
         if declared and (what := ignored_slips(family.manipulator(), declared)):
             ignored[what] = ignored.get(what, 0) + len(family)
     remarks = [f"{what}, in {number} of them" for what, number in ignored.items()]
-    return "\n  ".join([f"study of {count(len(plan.cases), 'case')}", *remarks])
+    most = "at most " if plan.study.search is not None else ""
+    return "\n  ".join([f"study of {most}{count(plan.most_cases, 'case')}", *remarks])
 
 
 def _check_recording(path: Path) -> str:

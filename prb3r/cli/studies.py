@@ -113,12 +113,21 @@ def _planned(studies: tuple[str, ...], output: str) -> list["Plan"]:
 
 
 def _forecast(plan: "Plan", jobs: int) -> str:
-    """One line: the number of cases of a study, the seconds that they take with `jobs` workers, and their folder."""
+    """One line: the number of cases of a study, the seconds that they take with `jobs` workers, and their folder.
+
+    The cases of a search are those that it may take: the ones after the first generation are not known before.
+    """
     from prb3r.model.files.cells import count
     from prb3r.study.run import forecast
 
     seconds, stored = forecast(plan)
-    cost = f"about {seconds / jobs:.2g} s with {count(jobs, 'job')}" if seconds else "nothing to compute"
+    more = plan.most_cases / len(plan.cases)
+    cost = f"about {more * seconds / jobs:.2g} s with {count(jobs, 'job')}" if seconds else "nothing to compute"
+    if plan.study.search is not None:
+        cases = f"at most {count(plan.most_cases, 'case')} of {count(plan.study.search.designs, 'design')}"
+        first = f"of the first {len(plan.cases)} {stored} stored"
+        whole = f"{cost} and more, as generations wait for each other" if seconds else f"{cost} of these"
+        return f"{plan.study.name}: {cases}, {first}, {whole}, into {plan.folder}"
     return f"{plan.study.name}: {count(len(plan.cases), 'case')}, {stored} of them stored, {cost}, into {plan.folder}"
 
 
@@ -145,8 +154,12 @@ def _answers(result: "Result") -> str:
         from prb3r.study.advice import recommendation
         from prb3r.study.decide import decide
         from prb3r.study.designs import read_designs
+        from prb3r.study.settled import unsettled
 
-        text += f"\n  {recommendation(decide(read_designs([result.folder]))).replace('**', '')}"
+        decision = decide(read_designs([result.folder]))
+        text += f"\n  {recommendation(decision).replace('**', '')}"
+        if result.plan.study.search is not None and (moving := unsettled(decision)):
+            text += f"\n  {moving}"
     if result.rigs is not None:
         from prb3r.study.rigs import share_sentences
 

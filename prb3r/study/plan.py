@@ -16,7 +16,7 @@ from prb3r.runs.part import KEY_TYPE, first_of_each
 from prb3r.runs.parts import Kept, Parts
 from prb3r.runs.provenance import fingerprint
 from prb3r.runs.store import bytes_hash, content_hash
-from prb3r.study.axes import corners, count_cases
+from prb3r.study.axes import corners, count_cases, first_designs
 from prb3r.study.cases import Cases, Family
 from prb3r.study.chunk import Chunk
 from prb3r.study.columns import column_problems, described, known_columns
@@ -133,6 +133,14 @@ class Plan:
     def places(self, parts: Parts) -> list[Kept]:
         """Where each item of the cases is stored among the parts."""
         return parts.places(self.items, self.keys)
+
+    @property
+    def most_cases(self) -> int:
+        """Number of its cases; of a search, whose plan has those of the first designs, of all that it may try."""
+        search = self.study.search
+        if search is None:
+            return len(self.cases)
+        return len(self.cases) // len(first_designs(self.study)) * search.designs
 
     def loads(self, wanted: Any = None) -> int:
         """Number of cases, or of the loads of their clouds; of all cases, or of those in the mask `wanted` (cases,)."""

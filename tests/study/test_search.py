@@ -3,14 +3,20 @@
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
+from command import prb3r
 
+from prb3r.check import check_file
 from prb3r.errors import SpecError
 from prb3r.present.study.publish import publish
+from prb3r.study.decision import Decision
 from prb3r.study.plan import plan_study
 from prb3r.study.run import Options, Workers, solve_study
 from prb3r.study.search import Evaluated, directions, searched_designs
+from prb3r.study.settled import front_shift, unsettled
 from prb3r.study.spec import Study
+from prb3r.study.wishes import Preference
 
 MANIPULATOR = Path(__file__).parents[2] / "studies" / "manipulators" / "two-segment.toml"
 
@@ -151,6 +157,38 @@ def test_a_search_ends_at_the_stress_that_is_allowed_and_goes_on_from_there(tmp_
     assert "32 designs were tried" in summary
     assert f"The best of them was number {best['case_id'] + 1};" in summary
     assert f"Recommendation: Thickness {1e3 * best['thickness_m']:.6g} mm." in summary
+
+
+def tried(*scores: tuple[float, float]) -> Decision:
+    """A decision between designs with two preferred numbers, in the order in which they were tried."""
+    wishes = [Preference(metric=name, better="greater") for name in ("a", "b")]
+    names = [str(number) for number in range(len(scores))]
+    values = pd.DataFrame(scores, names, ["a", "b"])
+    return Decision(names, [], wishes, np.zeros((len(scores), 0)), values, [], 1, 0, 0)
+
+
+def test_a_front_that_moves_in_the_last_third_has_not_settled():
+    """The front from (0, 10) to (10, 0): a last design at (6, 6) is ahead of (5, 5) by a tenth of its extent."""
+    start = [(0.0, 10.0), (10.0, 0.0), (5.0, 5.0), (4.0, 4.0), (3.0, 3.0), (2.0, 2.0)]
+    assert front_shift(tried(*start, (1.0, 1.0), (6.0, 6.0))) == pytest.approx(0.1)
+    assert "by 10 % of its extent" in unsettled(tried(*start, (1.0, 1.0), (6.0, 6.0)))
+    assert unsettled(tried(*start, (1.0, 1.0), (5.2, 5.2))) == ""
+    assert front_shift(tried(*start[:3], (6.0, 6.0), *start[3:], (1.0, 1.0))) == 0.0
+
+
+def test_what_a_search_may_take_is_told_before_it_begins(tmp_path):
+    """Of each design it may try two cases are solved, and not only of those of the first generation."""
+    payload = '[[factor]]\nname = "load"\n' + "".join(
+        f'[[factor.level]]\nlabel = "{mass}"\nset = {{ "disk.mass_kg" = {mass} }}\n' for mass in (0.04, 0.05)
+    )
+    text = STUDY.replace("[search]", payload + "[search]").replace(
+        "[[step]]", "[designs]\nfactors = ['thickness_m']\n[[step]]"
+    )
+    (tmp_path / "best.toml").write_text(text.replace("DESIGNS", "40"))
+    assert "study of at most 80 cases" in check_file(tmp_path / "best.toml")
+    done = prb3r("run", tmp_path / "best.toml", "-o", tmp_path / "out", "--dry-run")
+    assert "best: at most 80 cases of 40 designs, of the first 32 0 stored, about" in done.stdout
+    assert len(run(tmp_path, 40, text).cases) <= 80
 
 
 @pytest.mark.parametrize(

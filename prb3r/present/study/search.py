@@ -11,11 +11,12 @@ from prb3r.present.study.section import Section
 from prb3r.study.advice import LEVEL
 from prb3r.study.decision import Decision
 from prb3r.study.designs import design_names
+from prb3r.study.settled import unsettled
 from prb3r.study.spec import Study
 
 SEARCH_CAPTION = (
-    "The score of each design and the best so far, in the order in which they were tried: where the line is flat, the "
-    "search has settled."
+    "The score of each design and the best so far, in the order in which they were tried: where the line ends flat, "
+    "the last designs were no better by the given weights; the rest of the front may still have moved."
 )
 
 
@@ -37,6 +38,8 @@ def search_section(study: Study, cases: pd.DataFrame, decision: Decision) -> Sec
         )
         if level > 0.9 * tried:
             said.append("**The search has not settled: try more designs.**")
+    if moving := unsettled(decision):
+        said.append(f"**{moving}**")
     said += _at_the_ends(study, cases, decision)
     note = "Scores are those of the ranking, by the given weights." if decision.preferences else "Scores are reserves."
     return Section("Search", said, [], note)
