@@ -10,6 +10,8 @@ import pandas as pd
 import pytest
 from command import PROTOTYPE, ROOT, prb3r, process
 
+from prb3r import load_manipulator, solve
+
 
 @pytest.fixture
 def steps(tmp_path):
@@ -251,3 +253,21 @@ def test_the_documentation_describes_the_columns_as_the_nomenclature_does():
         quantity = describe(cells[0].strip("`"))
         assert cells[-1].strip(" |") == quantity.meaning
         assert cells[2] == (quantity.unit or "text")
+
+
+def test_solve_says_in_how_many_steps_plates_would_yield(tmp_path):
+    """As many as the stress that Python tells; the table and the exit code stay."""
+    steps = pd.DataFrame({"sequence": "a", "step": [1, 2, 3], "cable_1_n": [5.0, 150.0, 400.0]})
+    steps.to_csv(tmp_path / "steps.csv", index=False)
+    done = prb3r("solve", PROTOTYPE, tmp_path / "steps.csv")
+    manipulator = load_manipulator(PROTOTYPE)
+    stress = solve(manipulator, steps, also=["stress_pa"]).groupby("step")["stress_pa"].max()
+    beyond = stress > manipulator.yield_stress_pa
+    assert 0 < beyond.sum() < 3
+    assert (
+        f"plates would yield in {beyond.sum()} of 3 steps: bending stress of up to {1e-6 * stress.max():.4g} MPa"
+        in done.stderr
+    )
+    assert (done.returncode, len(done.stdout.splitlines())) == (0, 46)
+    steps.head(1).to_csv(tmp_path / "steps.csv", index=False)
+    assert "yield" not in prb3r("solve", PROTOTYPE, tmp_path / "steps.csv").stderr

@@ -14,6 +14,8 @@ from prb3r.cli.shared import ensure_spared, say_what_is_compiled
 from prb3r.errors import Problem, SpecError
 
 if TYPE_CHECKING:
+    import numpy as np
+
     from prb3r.study.plan import Progress
 
 FOUND = ("converged", "detour")
@@ -30,8 +32,11 @@ FOUND = ("converged", "detour")
 @click.pass_context
 def solve_command(ctx, manipulator, steps, model, output, as_measured, image_centre) -> None:
     """Equilibria along each sequence of load steps: positions, angles and outcome of every disk as a table."""
+    import numpy as np
+
     from prb3r.model.files.cells import count
     from prb3r.model.files.table import ensure_table_place
+    from prb3r.model.manipulator import load_manipulator
     from prb3r.model.solve import POSITION_COLUMNS, as_read, solve_in_blocks
 
     if image_centre is not None and not (as_measured and all(map(math.isfinite, image_centre))):
@@ -41,8 +46,11 @@ def solve_command(ctx, manipulator, steps, model, output, as_measured, image_cen
     if place:
         ensure_spared(place, manipulator, steps)
     say_what_is_compiled()
-    blocks = solve_in_blocks(manipulator, steps, model)
+    arm = load_manipulator(manipulator)
+    limit = arm.yield_stress_pa
+    blocks = solve_in_blocks(arm, steps, model, also=["stress_pa"] if limit else [])
     outcomes: Counter[str] = Counter()
+    highest: list[np.ndarray] = []
 
     def told() -> Iterator[Any]:
         """The table of each block as it is solved; progress and outcomes are counted on the way."""
@@ -52,6 +60,8 @@ def solve_command(ctx, manipulator, steps, model, output, as_measured, image_cen
                 steps = block["outcome"].iloc[:: blocks.manipulator.plates + 1]
                 elapsed = blocks.elapsed[before : before + len(steps)]
                 table = as_read(block, blocks.manipulator, image_centre, elapsed) if as_measured else block
+                if limit:
+                    highest.append(np.fmax.reduce(block["stress_pa"].to_numpy().reshape(len(steps), -1), axis=1))
                 outcomes.update(steps.value_counts().to_dict())
                 before += len(steps)
                 progress.advance(len(steps), int((~steps.isin(FOUND)).sum()))
@@ -69,7 +79,23 @@ def solve_command(ctx, manipulator, steps, model, output, as_measured, image_cen
             click.echo(
                 f"prb3r: {detours} after them {'is' if detours == 1 else 'are'} reached by leaving them out", err=True
             )
+    if limit and (said := _yielding(np.concatenate(highest), limit)):
+        click.echo(f"prb3r: {said}", err=True)
     ctx.exit(ExitCode.SOME_FAILED if failed else ExitCode.DONE)
+
+
+def _yielding(stress: "np.ndarray", limit: float) -> str:
+    """In how many steps plates would yield, from the highest `stress` (s,) in each, Pa; empty if in none."""
+    import numpy as np
+
+    from prb3r.model.files.cells import count
+
+    if not (beyond := int((stress > limit).sum())):
+        return ""
+    return (
+        f"plates would yield in {beyond} of {count(len(stress), 'step')}: bending stress of up to "
+        f"{1e-6 * np.fmax.reduce(stress):.4g} MPa, yield stress {1e-6 * limit:.4g} MPa"
+    )
 
 
 @contextmanager
