@@ -4,6 +4,7 @@ import os
 from collections.abc import Iterable
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 
 from prb3r.errors import Problem, SpecError
@@ -71,14 +72,22 @@ def _is_toml(path: Path) -> bool:
 
 
 def _check_manipulator(path: Path) -> str:
-    """What a manipulator is made of, in one line, and a remark on each effect that changes nothing; raises SpecError
-    for problems."""
+    """What a manipulator is made of, in one line, and a remark on masses without weight and each effect that changes
+    nothing; raises SpecError for problems."""
     manipulator = load_manipulator(path)
     line = (
         f"manipulator, {count(len(manipulator.segment), 'segment')}, {count(manipulator.plates, 'plate')}, "
         f"{count(len(manipulator.cable), 'cable')}, {manipulator.chain().length:.4g} m long"
     )
-    return "\n  ".join([line, *_idle_effects(manipulator)])
+    return "\n  ".join([line, *_weightless(manipulator), *_idle_effects(manipulator)])
+
+
+def _weightless(manipulator: Manipulator) -> list[str]:
+    """A remark on masses on which no gravity acts, none where there are no masses or gravity acts."""
+    if not manipulator.disk_masses.any() or np.any(manipulator.chain().gravity):
+        return []
+    mass = f"{manipulator.disk_masses.sum():.3g} kg"
+    return [f"its masses ({mass}) weigh nothing without an effect gravity, as is right where the arm moves level"]
 
 
 def _idle_effects(manipulator: Manipulator) -> list[str]:

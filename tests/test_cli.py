@@ -271,3 +271,14 @@ def test_solve_says_in_how_many_steps_plates_would_yield(tmp_path):
     assert (done.returncode, len(done.stdout.splitlines())) == (0, 46)
     steps.head(1).to_csv(tmp_path / "steps.csv", index=False)
     assert "yield" not in prb3r("solve", PROTOTYPE, tmp_path / "steps.csv").stderr
+
+
+def test_check_says_where_masses_weigh_nothing(tmp_path):
+    """The prototype moves level; neither with gravity nor without masses is there anything to say."""
+    text, mass = PROTOTYPE.read_text(), "mass_kg = 0.0447"
+    fall = '\n[[effect]]\nkind = "gravity"\ny_m_s2 = -9.81\n'
+    for content, said in ((text, True), (text + fall, False), (text.replace(mass, "mass_kg = 0.0"), False)):
+        (tmp_path / "arm.toml").write_text(content)
+        done = prb3r("check", tmp_path / "arm.toml")
+        assert ("its masses (0.626 kg) weigh nothing without an effect gravity" in done.stdout) == said
+        assert done.returncode == 0
