@@ -7,6 +7,7 @@ import pandas as pd
 import pytest
 from command import PROTOTYPE, ROOT, prb3r
 
+from prb3r import solve
 from prb3r.model.files.kinds import FILE_KINDS, WISHES, kind_of_keys
 from prb3r.model.manipulator import Manipulator
 from prb3r.recording.recording import RecordingFile
@@ -255,3 +256,31 @@ def test_too_many_plates_for_friction_along_the_path_are_said_where_a_study_is_c
     done = prb3r("check", study)
     assert done.returncode == 2
     assert "1,002 plates with friction that follows the cables' travel: at most 1,000" in done.stderr
+
+
+def test_a_missing_manipulator_is_told_with_the_line_that_names_it(folder):
+    (folder / "study.toml").write_text((STUDY + METRIC).replace(str(PROTOTYPE), "manipulatr.toml"))
+    said = prb3r("check", "study.toml", cwd=folder).stderr
+    assert "study.toml:3 manipulator: manipulatr.toml: no such file; did you mean 'manipulator.toml'?" in said
+
+
+def test_text_without_quotes_is_told_to_need_them(folder):
+    (folder / "study.toml").write_text("name = s\n")
+    said = prb3r("check", "study.toml", cwd=folder).stderr
+    assert 'study.toml:1: not valid TOML: invalid value; text needs quotes: "..."' in said
+    (folder / "study.toml").write_text("name = 1..2\n")
+    assert "quotes" not in prb3r("check", "study.toml", cwd=folder).stderr
+
+
+@pytest.mark.parametrize(("column", "kind"), [("coupling_m_per_n", "coupling"), ("safety_factor", "safety")])
+def test_a_column_that_a_metric_would_make_is_told_with_its_kind(folder, column, kind):
+    wish = f'[[requirement]]\nmetric = "{column}"\nat_least = 1\n'
+    factor = '[[factor]]\nname = "length_m"\npath = "segment.1.length_m"\nvalues = [0.03, 0.032]\n'
+    (folder / "study.toml").write_text(STUDY + METRIC + factor + wish)
+    said = prb3r("check", "study.toml", cwd=folder).stderr
+    assert f"there is no column {column!r}; a metric of the kind {kind!r} makes it" in said
+
+
+def test_single_values_are_one_step():
+    one = solve(str(PROTOTYPE), {"sequence": "a", "step": 1, "cable_1_n": 5.0})
+    assert one.equals(solve(str(PROTOTYPE), {"sequence": ["a"], "step": [1], "cable_1_n": [5.0]}))

@@ -220,9 +220,13 @@ def load_steps(
 
 
 def _frame(columns: Mapping[str, Any], where: str) -> pd.DataFrame:
-    """A table from columns of one length; a single value stands in every row.  Raises SpecError for other columns."""
+    """A table from columns of one length; a single value stands in every row, and single values alone are one step.
+
+    Raises SpecError for other columns.
+    """
+    alone = bool(columns) and all(np.ndim(values) == 0 for values in columns.values())
     try:
-        return pd.DataFrame(dict(columns))
+        return pd.DataFrame(dict(columns), index=[0] if alone else None)
     except ValueError as error:
         raise SpecError(Problem(where, f"is no table of steps: {error}")) from None
 

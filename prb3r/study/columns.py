@@ -2,11 +2,13 @@
 
 from collections.abc import Iterable, Iterator, Set
 from dataclasses import replace
+from typing import Any, get_args
 
 from prb3r.errors import did_you_mean
 from prb3r.model.files.toml_lines import Keys
 from prb3r.quantities import Quantity, describe, scale
 from prb3r.study.factors import Factor
+from prb3r.study.metrics import AnyMetric
 from prb3r.study.plots.kinds import BarsPlot, LinesPlot
 from prb3r.study.spec import CaseComparison, Study
 from prb3r.study.wishes import Criterion
@@ -25,6 +27,9 @@ FIXED_COLUMNS = (
 
 FIXED_WORDS = ("broken_cables", "outcome", "reason")
 """Those of them that hold words."""
+
+EXAMPLE: dict[str, Any] = {"cable": "1", "disk": "tip", "segment": 1, "bend_rad": 1.0}
+"""Fields of metrics on which names of their columns may depend, with values as examples."""
 
 
 def described(study: Study) -> list[Quantity]:
@@ -138,6 +143,16 @@ def _mixed(study: Study, columns: Set[str]) -> Iterator[tuple[Keys, str]]:
                 yield ("plot", number), f"{what}; a plot of loops draws positions along the steps"
 
 
+def made_by(name: str) -> str:
+    """Ending of a message on a column that there is not: the kind of metric that makes it; empty if none does."""
+    for metric in get_args(get_args(AnyMetric)[0]):
+        example = metric.model_construct(**EXAMPLE)
+        if name in (quantity.name for quantity in example.quantities()):
+            (kind,) = get_args(metric.model_fields["kind"].annotation)
+            return f"; a metric of the kind {kind!r} makes it"
+    return ""
+
+
 def column_problems(study: Study, columns: Set[str]) -> Iterator[tuple[Keys, str]]:
     """Problems of the columns that a spec defines and names, with their keys in the spec.
 
@@ -152,7 +167,8 @@ def column_problems(study: Study, columns: Set[str]) -> Iterator[tuple[Keys, str
     yield from _mixed(study, columns)
     for keys, name in _named(study):
         if name is not None and name not in columns:
-            yield keys, f"there is no column {name!r}{did_you_mean(name, columns)}"
+            made = made_by(name)
+            yield keys, f"there is no column {name!r}{made or did_you_mean(name, columns)}"
     words = _words(study)
     yield from (
         (keys, f"column {name!r} holds words; numbers are needed") for keys, name in _numeric(study) if name in words

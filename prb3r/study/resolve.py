@@ -55,7 +55,7 @@ def resolve(
     if count > MAX_CASES:
         what = f"the factors make {count:.3g} cases, at most {MAX_CASES:,} are run; sample them or split the study"
         raise SpecError(Problem(f"{path} factor", what))
-    manipulator = read_toml(path.parent / study.manipulator, Manipulator)
+    manipulator = _manipulator(path, study.manipulator)
     families: list[Family] = []
     first: dict[tuple[Keys, str], int] = {}
     checked: dict[int, tuple[Tree, Manipulator | None, list[str]]] = {}
@@ -81,6 +81,19 @@ def resolve(
             *(Problem(f"{place} ({case})", what) for place, case, (_, what) in zip(places, cases, told, strict=True))
         )
     return Cases(labels, tuple(families))
+
+
+def _manipulator(path: Path, named: str) -> Manipulator:
+    """The manipulator whose file is `named` in the study file `path`.
+
+    Raises SpecError for a wrong file, or, if there is none, with the place of its name in the study file.
+    """
+    file = path.parent / named
+    if not file.exists():
+        others = [other.name for other in file.parent.glob("*.toml") if other != path]
+        what = f"{named}: no such file{did_you_mean(file.name, others)}"
+        raise SpecError(Problem(place_of(path, ("manipulator",)), what))
+    return read_toml(file, Manipulator)
 
 
 def base_settings(study: Study, manipulator: Manipulator) -> Tree:

@@ -3,6 +3,7 @@
 Models are pydantic models with `extra="forbid"`.
 """
 
+import re
 import tomllib
 from collections.abc import Iterable, Mapping
 from pathlib import Path
@@ -18,6 +19,8 @@ from prb3r.model.files.plain import plain
 from prb3r.model.files.toml_lines import Keys, dotted, line_of, lines_of_keys
 from prb3r.model.files.validation import validate
 
+UNQUOTED = re.compile(r"[=\[,]\s*[A-Za-z_]")
+"""Where a value begins that may be text without its quotes."""
 MOST_NESTED = 20
 """Most levels of nested tables and lists; a manipulator with effects has five."""
 MOST_BYTES = 2**24
@@ -54,6 +57,8 @@ def read_toml(path: str | Path, model: type[_Model], context: Any = None) -> _Mo
         if not isinstance(error, tomllib.TOMLDecodeError):  # Python reads no number of thousands of digits
             what, line = "a number has too many digits", _longest_line(text)
         what = what.removesuffix(" (at end of document")
+        if what == "Invalid value" and UNQUOTED.search(text.split("\n")[line - 1]):
+            what += '; text needs quotes: "..."'
         raise SpecError(Problem(f"{path}:{line}", f"not valid TOML: {what[:1].lower()}{what[1:]}")) from None
     instance, wrong = validate(data, model, context)
     if instance is not None and not wrong:
