@@ -159,10 +159,10 @@ def _problems(family: Family, study: Study, checked: dict) -> Iterator[tuple[int
     if manipulator is None or problems:
         yield from ((0, (), what) for what in problems)
         return
-    asked: list[tuple[Keys, str]] = [((), what) for what in _structure_problems(settings, manipulator)]
-    asked += _asked_problems(study, settings, manipulator)
-    yield from ((0, keys, what) for keys, what in asked)
-    if asked or settings["cloud"] or settings["reach"]:
+    structure = list(_structure_problems(settings, manipulator))
+    yield from ((0, (), what) for what in structure)
+    yield from ((0, keys, what) for keys, what in _asked_problems(study, settings, manipulator))
+    if structure or settings["cloud"] or settings["reach"]:
         return
     if _plain_numbers(settings):
         rows = np.flatnonzero(refused(manipulator, load_columns(settings, len(family))))

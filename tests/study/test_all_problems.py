@@ -123,3 +123,12 @@ def test_a_word_among_the_values_of_a_load_is_refused_without_a_warning(tmp_path
         tmp_path, HEAD.replace("[1.0, 2.0]", "[1, 'a']").replace("[[step]]", "[initial]\ncable_2_n = 5\n[[step]]") + TIP
     )
     assert any("load_n" in line or "cable_1_n" in line for line in said), said
+
+
+def test_loads_and_metrics_that_are_wrong_are_told_together(tmp_path):
+    (tmp_path / "wrong.toml").write_text(HEAD.replace("cable_1_n = 20", "cable_7_n = 20") + WRONG[0][0])
+    with pytest.raises(SpecError) as error:
+        plan_study(tmp_path / "wrong.toml")
+    said = [problem.what for problem in error.value.problems]
+    assert any(WRONG[0][1] in what for what in said)
+    assert any("cable_7_n: unknown column" in what for what in said)
