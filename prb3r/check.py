@@ -4,11 +4,11 @@ import os
 from collections.abc import Iterable
 from pathlib import Path
 
-import numpy as np
 import pandas as pd
 
 from prb3r.errors import Problem, SpecError
 from prb3r.inverse.target import COORDINATES, target_rows
+from prb3r.model.effects.loads import Gravity
 from prb3r.model.files.cells import blank_rows, count, numbers, ranges
 from prb3r.model.files.kinds import kind_of_keys
 from prb3r.model.files.table import TABLE_SUFFIXES, read_table
@@ -84,7 +84,8 @@ def _check_manipulator(path: Path) -> str:
 
 def _weightless(manipulator: Manipulator) -> list[str]:
     """A remark on masses on which no gravity acts, none where there are no masses or gravity acts."""
-    if not manipulator.disk_masses.any() or np.any(manipulator.chain().gravity):
+    falls = any(isinstance(effect, Gravity) and (effect.x_m_s2 or effect.y_m_s2) for effect in manipulator.effect)
+    if falls or not manipulator.disk_masses.any():
         return []
     mass = f"{manipulator.disk_masses.sum():.3g} kg"
     return [f"its masses ({mass}) weigh nothing without an effect gravity, as is right where the arm moves level"]

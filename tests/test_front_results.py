@@ -150,7 +150,8 @@ def test_axes_that_do_not_fit_and_plots_that_are_not_there_are_told(study, couns
 
 def test_what_is_reached_is_told_shown_and_written(reached, tmp_path):
     assert reached.table["reached"].tolist() == [True, True, False]
-    assert repr(reached).count("\n") == 2
+    assert repr(reached).splitlines() == reached.sentences
+    assert reached.sentences[3:] == [reached.applied]
     assert "safety factor" in repr(reached)
     assert {path.name for path in reached.report(tmp_path)} == {"steps.csv", "targets.csv", "reach.png", "reach.svg"}
     again = prb3r.solve(ARM, tmp_path / "steps.csv").query("disk == 14")

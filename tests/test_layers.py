@@ -19,7 +19,7 @@ ORDER = {
     "mechanics.lanes": "number table",
     "mechanics.derivatives": "response feedback partials loops differentiate solved_path sensitivity",
     "model": "files laws effects parts paths manipulator given step_checks steps",
-    "inverse": "target pull descent search reached reach",
+    "inverse": "target pull descent search applied reached reach",
     "runs": "threads files secret store sealed states pending part parts provenance tasks backends engine journal",
     "study": "rounding workspace metrics wishes plots distributions factors loading spec axes tree loads cases resolve "
     "columns compare selections chunk measure cloud work plan tables manifest designs rigs search compute explore run "

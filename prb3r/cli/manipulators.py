@@ -14,8 +14,6 @@ from prb3r.cli.shared import ensure_spared, say_what_is_compiled
 from prb3r.errors import Problem, SpecError
 
 if TYPE_CHECKING:
-    import numpy as np
-
     from prb3r.study.plan import Progress
 
 FOUND = ("converged", "detour")
@@ -32,12 +30,10 @@ FOUND = ("converged", "detour")
 @click.pass_context
 def solve_command(ctx, manipulator, steps, model, output, as_measured, image_centre) -> None:
     """Equilibria along each sequence of load steps: positions, angles and outcome of every disk as a table."""
-    import numpy as np
-
     from prb3r.model.files.cells import count
     from prb3r.model.files.table import ensure_table_place
     from prb3r.model.manipulator import load_manipulator
-    from prb3r.model.solve import POSITION_COLUMNS, as_read, solve_in_blocks
+    from prb3r.model.solve import POSITION_COLUMNS, as_read, peak_stress, solve_in_blocks
 
     if image_centre is not None and not (as_measured and all(map(math.isfinite, image_centre))):
         raise SpecError(Problem("--image-centre", "goes with --as-measured, and takes two numbers"))
@@ -50,7 +46,7 @@ def solve_command(ctx, manipulator, steps, model, output, as_measured, image_cen
     limit = arm.yield_stress_pa
     blocks = solve_in_blocks(arm, steps, model, also=["stress_pa"] if limit else [])
     outcomes: Counter[str] = Counter()
-    highest: list[np.ndarray] = []
+    yielding: list[float] = []
 
     def told() -> Iterator[Any]:
         """The table of each block as it is solved; progress and outcomes are counted on the way."""
@@ -61,7 +57,8 @@ def solve_command(ctx, manipulator, steps, model, output, as_measured, image_cen
                 elapsed = blocks.elapsed[before : before + len(steps)]
                 table = as_read(block, blocks.manipulator, image_centre, elapsed) if as_measured else block
                 if limit:
-                    highest.append(np.fmax.reduce(block["stress_pa"].to_numpy().reshape(len(steps), -1), axis=1))
+                    stress = peak_stress(block, len(steps))
+                    yielding.extend(stress[stress > limit].tolist())
                 outcomes.update(steps.value_counts().to_dict())
                 before += len(steps)
                 progress.advance(len(steps), int((~steps.isin(FOUND)).sum()))
@@ -79,23 +76,10 @@ def solve_command(ctx, manipulator, steps, model, output, as_measured, image_cen
             click.echo(
                 f"prb3r: {detours} after them {'is' if detours == 1 else 'are'} reached by leaving them out", err=True
             )
-    if limit and (said := _yielding(np.concatenate(highest), limit)):
-        click.echo(f"prb3r: {said}", err=True)
+    if limit and yielding:
+        stress = f"bending stress of up to {1e-6 * max(yielding):.4g} MPa, yield stress {1e-6 * limit:.4g} MPa"
+        click.echo(f"prb3r: plates would yield in {len(yielding)} of {count(blocks.steps, 'step')}: {stress}", err=True)
     ctx.exit(ExitCode.SOME_FAILED if failed else ExitCode.DONE)
-
-
-def _yielding(stress: "np.ndarray", limit: float) -> str:
-    """In how many steps plates would yield, from the highest `stress` (s,) in each, Pa; empty if in none."""
-    import numpy as np
-
-    from prb3r.model.files.cells import count
-
-    if not (beyond := int((stress > limit).sum())):
-        return ""
-    return (
-        f"plates would yield in {beyond} of {count(len(stress), 'step')}: bending stress of up to "
-        f"{1e-6 * np.fmax.reduce(stress):.4g} MPa, yield stress {1e-6 * limit:.4g} MPa"
-    )
 
 
 @contextmanager

@@ -43,7 +43,7 @@ def application(
     if len(targets) > 1:
         return (
             "changed together from target to target, with friction that follows the cables' travel, these tensions "
-            f"{astray} (step {worst + 1}); {AS_DECLARED}"
+            f"at worst {astray} (step {worst + 1}); {AS_DECLARED}"
         )
     (pull,), (target,) = known, targets
     drawn = sorted(np.flatnonzero(pull.tension), key=lambda cable: (-pull.slip[cable], pull.tension[cable]))

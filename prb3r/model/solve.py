@@ -170,6 +170,12 @@ def as_read(
     return table.assign(x_m=x, y_m=y, angle_rad=table["angle_rad"] + turned(manipulator.effect, elapsed))
 
 
+def peak_stress(block: pd.DataFrame, steps: int) -> np.ndarray:
+    """(s,) highest bending stress of a plate in each of the `steps` of a block solved with `stress_pa`, Pa; NaN where
+    it is not known."""
+    return np.fmax.reduce(block["stress_pa"].to_numpy().reshape(steps, -1), axis=1)
+
+
 def _framed(table: LoadTable, columns: dict[str, np.ndarray]) -> pd.DataFrame:
     """Load steps and the solved `columns` of their states as one table; entries are removed from `columns`."""
     count = len(table.steps)
