@@ -74,11 +74,13 @@ def unbalance_plate(model, plate, span, cable):
     largest = 0.0
     for k in range(plate.q.shape[0]):
         x, y, stiffness = plate.node[0, k], plate.node[1, k], plate.stiffness[k]
-        elastic, slope = plate.q[k] - plate.rest[k], 1.0
+        angle = plate.q[k] - plate.rest[k]
+        elastic, slope = angle, 1.0
         if not model.linear:
-            elastic, slope = law_of_plate(model, plate, k, elastic)
+            elastic, slope = law_of_plate(model, plate, k, angle)
         plate.slope[k] = slope
-        residual = model.stiff * stiffness * elastic - moment + (x * fy - y * fx)
+        carried = model.stiff * stiffness * elastic + plate.cable_stiffness[k] * angle
+        residual = carried - moment + (x * fy - y * fx)
         plate.residual[k] = residual
         error = abs(residual) / stiffness
         largest = where(error <= largest, largest, error)  # NaN too
@@ -102,7 +104,7 @@ def linearise_plate(model, plate, span):
             moved = model.reach[k, j] * (plate.link[0, j] * fx + plate.link[1, j] * fy)
             for p in range(n):
                 plate.tangent[k, p] -= moved * model.turn[j, p]
-        plate.tangent[k, k] += model.stiff * plate.stiffness[k] * plate.slope[k]
+        plate.tangent[k, k] += model.stiff * plate.stiffness[k] * plate.slope[k] + plate.cable_stiffness[k]
 
 
 @kernel

@@ -58,6 +58,8 @@ class Chain(NamedTuple):
     """(m,) efficiency of the pulley before the base hole."""
     law: Law = Law()
     """Bending law of the plates."""
+    cable_stiffness: np.ndarray | float = 0.0
+    """(n, nodes) stiffness of the cables that bend with each node, N m/rad: it follows no law of the plates."""
     hysteresis: Hysteresis = Hysteresis()
     """Hysteresis of the plates."""
     curvature: np.ndarray | None = None

@@ -39,6 +39,7 @@ def plate_fields(n: int, links: int, by: int) -> list[tuple]:
         ("arc", float),
         ("clamp", float),
         ("stiffness", float, (n,)),
+        ("cable_stiffness", float, (n,)),
         ("curvature", float, (n,)),  # per node angle, 1/m
         ("rest", float, (n,)),  # stress-free node angles
         ("knee", float, (2,)),  # curvature from which the law of bending has another slope, negative and positive, 1/m
@@ -190,7 +191,7 @@ OF_MODEL = (
     *("friction_exponent", "friction_tension", "wrap_saturation"),
 )
 """Fields of a chain that stand under the same name in the record of the model."""
-OF_PLATES = "arc", "clamp", "stiffness", "rest"
+OF_PLATES = "arc", "clamp", "stiffness", "cable_stiffness", "rest"
 """Fields of a chain that stand under the same name in the records of the plates."""
 
 

@@ -118,6 +118,16 @@ def test_cables_add_their_own_bending_stiffness_where_they_run():
     assert same(state(dead), state(one))
 
 
+def test_cables_stay_elastic_beside_plates_that_yield():
+    """Beyond the knee EI is a quarter of 0.24 N m^2, and two cables of 0.03 keep theirs: 0.12 of 0.30 are left."""
+    knee = {"kind": "nonlinear_plate", "law": "bilinear", "knee_per_m": 1.5}
+    beside = manipulator(knee | {"ratio": 0.25}, {"kind": "cable_bending", "stiffness_n_m2": 0.03})
+    one = manipulator(knee | {"ratio": 0.4}, segment=[PLATE | {"bending_stiffness_n_m2": 0.30}])
+    elastic = manipulator(segment=one.model_dump(exclude_none=True)["segment"])
+    assert state(one).angle[0, -1] > 1.2 * state(elastic).angle[0, -1]
+    assert same(state(beside), state(one))
+
+
 def test_plates_have_masses_of_their_own_and_the_tip_may_carry_more():
     """Plates of 20 g on four disks of 50 g: 70 g a disk but 60 g at the tip, which carries 30 g as a file or an effect
     has it, whichever is named first."""

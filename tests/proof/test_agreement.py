@@ -187,6 +187,29 @@ def test_engine_and_rig_agree_on_drifts_that_go_with_the_time():
     assert max(moved) > 1e-2
 
 
+@pytest.mark.parametrize(
+    "law",
+    [
+        {"kind": "nonlinear_plate", "law": "smooth", "knee_per_m": 4.0, "ratio": 0.5, "sharpness": 3.0},
+        {"kind": "hysteretic_plate", "slipping_share": 0.7, "yield_per_m": 4.0, "elements": 2},
+    ],
+    ids=lambda law: law["kind"],
+)
+def test_engine_and_rig_agree_on_cables_that_bend_beside_plates_that_yield(law):
+    rng, away, moved = np.random.default_rng(13), [], []
+    for _ in range(6):
+        data = random_manipulator(rng, 0, False)
+        rigidity = Manipulator.model_validate(data).bending_stiffness.mean()
+        data["effect"] = [law, {"kind": "cable_bending", "stiffness_n_m2": rng.uniform(0.2, 0.6) * rigidity}]
+        steps = random_steps(rng, data, False)
+        away += disagreement(data, steps)
+        beside, alone = (simulate(data | {"effect": data["effect"][:count]}, steps) for count in (2, 1))
+        moved.append(np.nanmax(np.abs(beside.x - alone.x)))
+    assert len(away) > 12
+    assert max(away) < 1e-4
+    assert max(moved) > 1e-2
+
+
 def test_engine_and_rig_agree_on_static_friction():
     """Cables that turn back, hang slack, are held and pulled on; the excess is up to one and a half times the kinetic
     friction."""

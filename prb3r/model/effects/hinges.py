@@ -15,6 +15,7 @@ def hinged(chain: Chain, stiffness: float) -> Chain:
     return chain._replace(
         plate=with_end_hinges(chain.plate),
         stiffness=_between(stiffness, chain.stiffness),
+        cable_stiffness=_between(0.0, np.broadcast_to(chain.cable_stiffness, chain.stiffness.shape)),
         rest=_between(0.0, chain.rest),
         curvature=_between(0.0, curvature),
     )

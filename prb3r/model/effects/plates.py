@@ -283,7 +283,8 @@ class PlateSoftening(Effect):
 
 
 class CableBending(Effect):
-    """Each cable routed through a plate (idle too, dead not) adds its own bending stiffness to it."""
+    """Each cable routed through a plate (idle too, dead not) adds its own bending stiffness to it, which neither yields
+    nor wears where the plate does."""
 
     kind: Literal["cable_bending"]
     late: ClassVar[int] = 2
@@ -292,4 +293,4 @@ class CableBending(Effect):
     def change(self, chain: Chain, manipulator: Host) -> Chain:
         routed = (np.arange(chain.plates)[:, None] < chain.reach).sum(1)
         added = self.stiffness_n_m2 * routed / chain.arc
-        return chain._replace(stiffness=chain.stiffness + added[:, None] * chain.plate.stiffness)
+        return chain._replace(cable_stiffness=chain.cable_stiffness + added[:, None] * chain.plate.stiffness)

@@ -16,6 +16,7 @@ class Rig(NamedTuple):
     clamp: np.ndarray  # (n,) length of the rigid clamp at either end of the arc
     disk: float  # thickness
     rigidity: np.ndarray  # (n,) EI
+    wires: np.ndarray  # (n,) EI of the cables that bend with the plate, which is all of theirs at any bend
     rest: np.ndarray  # (n,) stress-free curvature
     law: int  # bending law, the same for every plate: one of the constants above
     law_first: np.ndarray  # (n, 2) c or the knee curvature, for bending toward negative and positive offsets

@@ -145,6 +145,7 @@ def _arrays(draft: Draft) -> Rig:
         clamp=draft.clamp,
         disk=draft.disk,
         rigidity=draft.rigidity,
+        wires=draft.wires,
         rest=draft.rest,
         law=draft.law,
         law_first=first,

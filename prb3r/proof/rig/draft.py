@@ -106,6 +106,8 @@ class Draft:
     """Rotation of it about the origin, rad for every step taken before."""
     drawn_rigidity: np.ndarray = field(init=False)
     """(n,) EI before any effect has changed it."""
+    wires: np.ndarray = field(init=False)
+    """(n,) EI of the cables that bend with each plate, N m^2."""
     rest: np.ndarray = field(init=False)
     """(n,) stress-free curvature."""
     moment: np.ndarray = field(init=False)
@@ -135,7 +137,7 @@ class Draft:
 
     def __post_init__(self) -> None:
         n, m = self.offset.shape
-        self.drawn_rigidity = self.rigidity.copy()
+        self.drawn_rigidity, self.wires = self.rigidity.copy(), np.zeros_like(self.rigidity)
         self.rest, self.moment, self.moment_per_bend = np.zeros(n), np.zeros(n), np.zeros(n)
         self.contact_angle, self.contact_stiffness = np.full((n, 2), np.inf), np.zeros((n, 2))
         self.pulley, self.tension_offset = np.zeros(m), np.zeros(m)

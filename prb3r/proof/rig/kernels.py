@@ -23,6 +23,46 @@ CLEARANCE_BEND = 0.005
 `hole_clearance` in docs/effects.md."""
 
 
+WIRES_SETTLED, MOST_SETTLINGS = 1e-14, 60
+"""Last change of the moment that a plate carries beside wires, over the whole moment, and most Newton steps to it."""
+
+
+@njit(cache=True)
+def _bent(rig, i, moment, here, bent):
+    """Curvature of plate `i` alone, less the stress-free one, under a moment, and its derivative by the moment.
+
+    Where plates remember, the state before is that at the station `here` of `bent`, and the one reached is written
+    there.
+    """
+    rigidity, numbers, table = rig.rigidity[i], (rig.law_first[i], rig.law_second, rig.law_third), rig.law_table[i]
+    if rig.loop_springs > 0:
+        loop = rig.loop_share, rig.loop_yield[i], rig.loop_springs
+        return bent_on(moment, rigidity, loop, bent.before[i, here], bent.after[i, here])
+    if rig.flag_reverse < 1:
+        law = rig.law, numbers, table, rig.flag_reverse
+        return bent_in_flag(moment, rigidity, law, bent.before[i, here], bent.after[i, here])
+    if rig.law != LINEAR_LAW:
+        return curvature(moment, rigidity, rig.law, numbers, table)
+    return moment / rigidity, 1 / rigidity
+
+
+@njit(cache=True)
+def _bent_beside_wires(rig, i, moment, here, bent):
+    """As `_bent`, of a plate beside elastic wires of the stiffness `rig.wires`, which bend with it.
+
+    Newton's method on the part of the moment that the plate carries, which grows with the curvature.
+    """
+    wires = rig.wires[i]
+    own = moment * rig.rigidity[i] / (rig.rigidity[i] + wires)
+    for _ in range(MOST_SETTLINGS):
+        k, softness = _bent(rig, i, own, here, bent)
+        move = (moment - own - wires * k) / (1 + wires * softness)
+        own += move
+        if abs(move) <= WIRES_SETTLED * abs(moment):
+            break
+    return k + softness * move, softness / (1 + wires * softness)
+
+
 @njit(cache=True)
 def _along(arm_x, arm_y, bends, force, z, rate):
     """Write to `rate` (12,) the derivatives d/ds of `z`: x, y, theta and the derivatives of each by the wrench.
@@ -46,12 +86,11 @@ def shape(rig, i, wrench, elements, bent):
     these steps.  The hysteresis state is read from `bent.before` and written to `bent.after`.
     """
     z, trial, rate, mean = np.zeros(12), np.zeros(12), np.zeros(12), np.zeros(12)
-    rigidity, straight = rig.rigidity[i], rig.rest[i]
+    straight = rig.rest[i]
     moment, force_x, force_y = wrench[0], wrench[1], wrench[2]
     clamp, hinge, h = rig.clamp[i], rig.compliance, rig.arc[i] / elements
     first = hinge + (rig.base_compliance if i == 0 else 0.0)
     z[0], z[2], z[9] = clamp, first * moment, first
-    numbers, table = (rig.law_first[i], rig.law_second, rig.law_third), rig.law_table[i]
     for element in range(elements):
         for stage in range(4):
             ahead = 0.0 if stage == 0 else h if stage == 3 else h / 2
@@ -60,16 +99,11 @@ def shape(rig, i, wrench, elements, bent):
                 trial[q] = z[q] + ahead * rate[q]
             arm_x, arm_y = trial[0] - clamp, trial[1]
             there = moment - arm_x * force_y + arm_y * force_x
-            k, softness = there / rigidity, 1 / rigidity
-            if rig.loop_springs > 0:  # stations of half an element
-                loop, here = (rig.loop_share, rig.loop_yield[i], rig.loop_springs), 2 * element + (stage + 1) // 2
-                k, softness = bent_on(there, rigidity, loop, bent.before[i, here], bent.after[i, here])
-            elif rig.flag_reverse < 1:
-                here = 2 * element + (stage + 1) // 2
-                law = rig.law, numbers, table, rig.flag_reverse
-                k, softness = bent_in_flag(there, rigidity, law, bent.before[i, here], bent.after[i, here])
-            elif rig.law != LINEAR_LAW:
-                k, softness = curvature(there, rigidity, rig.law, numbers, table)
+            here = 2 * element + (stage + 1) // 2  # stations of half an element
+            if rig.wires[i] > 0:
+                k, softness = _bent_beside_wires(rig, i, there, here, bent)
+            else:
+                k, softness = _bent(rig, i, there, here, bent)
             _along(arm_x, arm_y, (straight + k, softness), (force_x, force_y), trial, rate)
             for q in range(12):
                 mean[q] = (mean[q] if stage > 0 else 0.0) + weight * rate[q]

@@ -2,8 +2,8 @@
 
 `hole_clearance` shifts both ends of a span toward the concave side, +y of the plate's frame where the bend is
 positive; angles and lengths are those of the shifted spans; the change of offset inside a disk is free of friction.
-`cable_bending` adds to a plate's stiffness for each live cable that crosses it.  `load_cell` turns noted into true
-tensions, before `tension_play` lets these lag and `tension_offset` and `tension_drift` add to them.
+`cable_bending` lays an elastic wire beside a plate for each live cable that crosses it.  `load_cell` turns noted into
+true tensions, before `tension_play` lets these lag and `tension_offset` and `tension_drift` add to them.
 """
 
 from collections.abc import Iterator
@@ -81,7 +81,7 @@ def _loose(given: Conditions) -> Iterator[Candidate]:
 
 
 def _add_stiffness(draft: Draft, stiffness_n_m2):
-    draft.rigidity += stiffness_n_m2 * (np.arange(len(draft.rigidity))[:, None] < draft.reach).sum(1)
+    draft.wires += stiffness_n_m2 * (np.arange(len(draft.rigidity))[:, None] < draft.reach).sum(1)
 
 
 def _stiff(given: Conditions) -> Iterator[Candidate]:
