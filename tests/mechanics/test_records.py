@@ -30,6 +30,7 @@ def others_of(chain):
         "hysteresis": Hysteresis(0.3, 1.5, 2),
         "curvature": chain.plate.stiffness * 0.5,
         "contact": Contact(0.1, 20.0),
+        "cable_stiffness": 0.1 * chain.stiffness,
         "softening": 0.01,
         "friction_exponent": 0.2,
         "friction_tension": 3.0,

@@ -1,5 +1,7 @@
 """Calibration: a fit of the constants and the frame alone, begun at the nominal manipulator."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from prb3r.diagnosis.fit.constants import Constants
@@ -44,6 +46,12 @@ def fit_constants(predict: Predictor, noise: Noise | None = None, settings: Sett
     if not fits:
         raise OutOfBalance("no stiffness near the nominal one puts any recorded step in balance")
     return min(fits, key=lambda fitted: (not fitted.balanced, fitted.chi2))
+
+
+def as_drawn(fitted: Fit) -> Fit:
+    """The model of a fit, refitted from there with every part of the rig as drawn (see `refit_as_drawn`); the fit
+    itself where that fails."""
+    return fit(replace(fitted.model, noise=independent(fitted.model.noise.total_sd)), fitted.p) or fitted
 
 
 def refit_as_drawn(calibrated: Fit) -> Fit:

@@ -36,6 +36,9 @@ class Investigation:
     refitted: Fit
     """The constants alone, as they predict best with every part as drawn (`refit_as_drawn`); the chosen fit where that
     has no effects."""
+    told: Fit
+    """The chosen model with the parameters that are told; those of its fit, but where something is left unexplained
+    those with which it predicts best, every part as drawn (`as_drawn`)."""
     before: Scores
     """Score test of what calibration leaves."""
     choice: Choice

@@ -44,10 +44,10 @@ def tell(investigation: Investigation) -> Diagnosis:
     """The plain result of an investigated recording, without its fits."""
     nominal = investigation.recording.manipulator
     calibrated, explained = investigation.calibrated, investigation.explained
-    fits = {"calibrated": investigation.refitted, "explained": explained}
+    fits = {"calibrated": investigation.refitted, "explained": investigation.told}
     if investigation.closure is not None:
         fits["closure"] = investigation.closure.fitted
-    constants = explained.constants
+    constants = investigation.told.constants
     return Diagnosis(
         name=investigation.recording.name,
         seed=investigation.seed,
@@ -57,7 +57,7 @@ def tell(investigation: Investigation) -> Diagnosis:
         share_of_stated=investigation.choice.share_of_stated,
         nominal=nominal,
         calibrated=_plain_model(investigation.refitted),
-        explained=_plain_model(explained),
+        explained=_plain_model(investigation.told),
         manipulators={name: adjusted(nominal, fitted.constants, fitted.effects) for name, fitted in fits.items()},
         chi2=ChiSquare(
             nominal=_nominal_chi2(calibrated),
@@ -137,8 +137,8 @@ def _constant(nominal: float, name: str, investigation: Investigation) -> Calibr
 
     The interval is widened to what the other surviving models say of the constant, and ends at the bounds of the fit.
     """
-    refitted, explained = investigation.refitted, investigation.explained
-    alone, best = (nominal * float(np.exp(getattr(fitted.constants, name))) for fitted in (refitted, explained))
+    explained, fits = investigation.explained, (investigation.refitted, investigation.told)
+    alone, best = (nominal * float(np.exp(getattr(fitted.constants, name))) for fitted in fits)
     ends = np.nan, np.nan
     sure = not investigation.why
     if sure and name in explained.model.varied and explained.reduced < explained.model.settings.far_from_one:
