@@ -14,7 +14,7 @@ import scipy
 from prb3r.inverse.descent import along_rim, least_pull, nearest_pull
 from prb3r.inverse.pull import Pull, lengths
 from prb3r.inverse.target import ARRIVED
-from prb3r.mechanics.chain import Chain, loads
+from prb3r.mechanics.chain import Chain, loads, no_loads
 from prb3r.mechanics.equilibrium import Outcome
 from prb3r.model.laws.self_consistent import equilibria_of
 
@@ -110,12 +110,18 @@ def pulls_from(
         travelled = last  # without an equilibrium, the cables whose slip has just been reversed stick
         if ended is not None:
             travelled, start = travel_slip(pull, ended.lengths - before), ended.tension
-            pulled = ended.tension > 0
+            pulled = (ended.tension > 0) | taut_when_idle(pull.chain)
             if np.all((travelled == slip) | (slip == 0) | ~pulled):
                 yield replace(ended, slip=np.where(pulled, slip, -1.0))
         if travelled.tobytes() in seen:
             travelled = np.where(travelled == slip, slip, 0.0)
         pull, last = replace(pull, slip=np.where(slip == 0, 0.0, travelled), known={}), slip
+
+
+def taut_when_idle(chain: Chain) -> np.ndarray:
+    """(m,) whether a cable may have a tension, and rub, where none is applied: its zero is off, or drifts."""
+    own = (chain.constant or no_loads(chain)).tension[0]
+    return (own != 0) | (chain.zero_drift * np.ones_like(own) != 0)
 
 
 def pull_with_slip(pull: Pull, start: np.ndarray, most: np.ndarray, descent: Descent) -> Found | None:
