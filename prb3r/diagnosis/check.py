@@ -10,7 +10,7 @@ from prb3r.diagnosis.checks.setup.find import Blunder
 from prb3r.diagnosis.checks.tolerated import tolerances_told
 from prb3r.diagnosis.checks.verdict import empirical_law, verdict_on, why_doubtful, why_unexplained
 from prb3r.diagnosis.evidence.stated_accuracy import share_of_stated
-from prb3r.diagnosis.fit.calibrate import as_drawn, refit_as_drawn
+from prb3r.diagnosis.fit.calibrate import as_drawn, constants_as_drawn
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.fit.tolerance import EstimatedTolerances
 from prb3r.diagnosis.known import Doubted, Searched
@@ -72,7 +72,7 @@ def check(searched: Searched, blunder: Blunder | None = None) -> Investigation:
     told = as_drawn(choice.fitted) if why else choice.fitted
     named = tuple(named_effect(choice, k, doubted.search, fresh, told, partial=bool(why)) for k in effects)
     law, gain = empirical_law(fresh, calibrated, choice.fitted, task.seed) if why else (None, None)
-    refitted = refit_as_drawn(calibrated) if choice.fitted.model.hypotheses else told
+    refitted = constants_as_drawn(calibrated) if choice.fitted.model.hypotheses else told
     rivals = blunder is not None or any(effect.rivals for effect in named)
     verdict = "unexplained" if why else verdict_on(choice, rivals)
     tolerances = tolerances_told(choice.fitted, choice.doubts)

@@ -68,7 +68,7 @@ def natural_limits(chain: Chain) -> np.ndarray:
 
     0 for a cable that bends nothing: a broken one, or one without offset.
     """
-    stiffness = chain.arc / (1 / chain.stiffness).sum(1)  # bending stiffness: hinges and nodes in series over the arc
+    stiffness = chain.arc / (1 / chain.elastic_stiffness).sum(1)  # hinges and nodes in series over the arc, N m^2
     bend = [
         float(np.sum(np.abs(chain.offset[:reach, j]) * chain.arc[:reach] / stiffness[:reach]))
         for j, reach in enumerate(chain.reach)

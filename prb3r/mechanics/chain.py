@@ -127,6 +127,11 @@ class Chain(NamedTuple):
         """Straight length from the base disk's distal face to the tip disk's distal face, m."""
         return float(np.sum(self.arc + 2 * self.clamp) + self.plates * self.disk)
 
+    @property
+    def elastic_stiffness(self) -> np.ndarray:
+        """(n, nodes) stiffness of each node with the cables that bend with it, where nothing yields, N m/rad."""
+        return self.stiffness + self.cable_stiffness
+
 
 class Loads(NamedTuple):
     """The loads on a chain of `n` plates and `m` cables at each of `s` load steps."""

@@ -69,7 +69,7 @@ def seed_residual(chain: Chain, step: Loads, q: np.ndarray) -> np.ndarray:
     force, moment = wrench(chain, step, (bend, _end(chain, bend, links @ plate.end)))
     hinge = chain.clamp[:, None] + arc * (links @ plate.reach.T)
     moment = moment + step.moment
-    return chain.stiffness * (q - chain.rest) - moment[:, None] + _cross(hinge, force[:, None])
+    return chain.elastic_stiffness * (q - chain.rest) - moment[:, None] + _cross(hinge, force[:, None])
 
 
 def seed_fsolve(chain: Chain, loads: Loads) -> tuple[np.ndarray, int]:
@@ -167,7 +167,7 @@ def _felt(chain: Chain, step: Loads, ends: np.ndarray) -> tuple[np.ndarray, np.n
     """Curvature (n,) at the start of each arc and complex force (n,) on its end."""
     bend, x, y = ends
     force, moment = wrench(chain, step, (bend, _end(chain, bend, x + 1j * y)))
-    flexibility = chain.plate.stiffness[0] / chain.stiffness[:, 0]  # l / EI
+    flexibility = chain.plate.stiffness[0] / chain.elastic_stiffness[:, 0]  # l / EI
     return chain.rest.sum(1) + flexibility * (
         moment + step.moment - chain.clamp * force.imag
     ), flexibility * chain.arc * force

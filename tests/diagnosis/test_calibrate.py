@@ -8,7 +8,7 @@ from diagnosis.simulated import Case, recorded
 from scipy.optimize import least_squares
 
 from prb3r.diagnosis.evidence.model_evidence import left_out_deviance
-from prb3r.diagnosis.fit.calibrate import as_drawn, fit_constants, nominal_noise, refit_as_drawn
+from prb3r.diagnosis.fit.calibrate import as_drawn, constants_as_drawn, fit_constants, nominal_noise
 from prb3r.diagnosis.fit.constants import Constants
 from prb3r.diagnosis.fit.least_squares import fit, polished
 from prb3r.diagnosis.fit.model import Model
@@ -61,7 +61,7 @@ def test_refitted_as_drawn_the_constants_of_a_wrong_model_predict_as_well_as_any
     def missed(constants):
         return predict.misfit(predict(Constants(*constants))) / sd
 
-    refitted = refit_as_drawn(calibrated).constants
+    refitted = constants_as_drawn(calibrated).constants
     best = least_squares(missed, np.zeros(len(refitted)), x_scale=0.01, diff_step=1e-4)
     ways = refitted, as_drawn(calibrated).constants, best.x, calibrated.constants
     left = [float(np.mean(missed(each) ** 2)) for each in ways]

@@ -5,6 +5,7 @@ import pandas as pd
 import pytest
 from model.one_segment import PLATE, manipulator, same, state
 
+from prb3r.inverse.search import natural_limits
 from prb3r.mechanics.chain import loads
 from prb3r.mechanics.equilibrium import solve_chain
 from prb3r.model.solve import solve as solve_steps
@@ -113,6 +114,7 @@ def test_cables_add_their_own_bending_stiffness_where_they_run():
     added = manipulator({"kind": "cable_bending", "stiffness_n_m2": 0.03})
     stiffer = manipulator(segment=[PLATE | {"bending_stiffness_n_m2": 0.24 + 2 * 0.03}])
     assert same(state(added), state(stiffer))
+    assert natural_limits(added.chain()) == pytest.approx(natural_limits(stiffer.chain()))
     dead = manipulator({"kind": "cable_bending", "stiffness_n_m2": 0.03}, {"kind": "dead_cable", "cable": "down"})
     one = manipulator(segment=[PLATE | {"bending_stiffness_n_m2": 0.24 + 0.03}])
     assert same(state(dead), state(one))

@@ -49,12 +49,12 @@ def fit_constants(predict: Predictor, noise: Noise | None = None, settings: Sett
 
 
 def as_drawn(fitted: Fit) -> Fit:
-    """The model of a fit, refitted from there with every part of the rig as drawn (see `refit_as_drawn`); the fit
+    """The model of a fit, refitted from there with every part of the rig as drawn (see `constants_as_drawn`); the fit
     itself where that fails."""
     return fit(replace(fitted.model, noise=independent(fitted.model.noise.total_sd)), fitted.p) or fitted
 
 
-def refit_as_drawn(calibrated: Fit) -> Fit:
+def constants_as_drawn(calibrated: Fit) -> Fit:
     """The constants alone, refitted to the readings of a `calibrated` fit with every part of the rig as drawn.
 
     Under the covariance of a diagnosis, parts and tensions lie anywhere within their tolerances.  What a wrong model

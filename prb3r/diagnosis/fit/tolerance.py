@@ -143,10 +143,12 @@ def _longer(rows: np.ndarray) -> Callable[[Chain, float], Chain]:
     """A function that changes a chain by a number, m: plates at `rows` with longer arcs of the same section."""
 
     def change(chain: Chain, by: float) -> Chain:
-        arc, stiffness = chain.arc.copy(), chain.stiffness.copy()
+        arc = chain.arc.copy()
         arc[rows] += by
-        stiffness[rows] *= (chain.arc[rows] / arc[rows])[..., None]
-        return chain._replace(arc=arc, stiffness=stiffness)
+        softer = (chain.arc / arc)[:, None]
+        return chain._replace(
+            arc=arc, stiffness=softer * chain.stiffness, cable_stiffness=softer * chain.cable_stiffness
+        )
 
     return change
 

@@ -17,7 +17,8 @@ from prb3r.model.manipulator import Manipulator
 
 def _plate_stiffness(scope: Scope) -> float:
     """Median stiffness of the plates against the bend between their disks, N m/rad: 1.1 EI / l on the elastica."""
-    return float(np.median(scope.chain.stiffness.sum(1) / scope.chain.stiffness.shape[1] ** 2))
+    stiffness = scope.chain.elastic_stiffness
+    return float(np.median(stiffness.sum(1) / stiffness.shape[1] ** 2))
 
 
 def contact_free(scope: Scope, place: Place) -> tuple[Free, ...]:

@@ -20,9 +20,6 @@ def log_prior_odds(hypotheses: Sequence[Hypothesis], settings: Settings) -> list
     """
     alike = Counter((hypothesis.kind, hypothesis.of_whole_rig) for hypothesis in hypotheses)
     halves = Counter(kind for kind, _ in alike)
-    return [
-        float(
-            logit(SUSPECTS[one.kind].presence(settings)) - np.log(halves[one.kind] * alike[one.kind, one.of_whole_rig])
-        )
-        for one in hypotheses
-    ]
+    odds = np.array([logit(SUSPECTS[one.kind].presence(settings)) for one in hypotheses])
+    among = np.array([halves[one.kind] * alike[one.kind, one.of_whole_rig] for one in hypotheses])
+    return (odds - np.log(among)).tolist()

@@ -170,7 +170,7 @@ class Scope(NamedTuple):
     def mean_node_rigidity(self) -> np.ndarray:
         """(n,) mean stiffness of the nodes of each plate times its arc, N m^2: 4.4 EI on the elastica with four
         nodes."""
-        return (self.chain.stiffness * self.chain.arc[:, None]).mean(1)
+        return (self.chain.elastic_stiffness * self.chain.arc[:, None]).mean(1)
 
 
 def whole_rig_if(sensible: bool) -> list[Place]:

@@ -15,7 +15,7 @@ Contributed = Callable[[Chain, Chain], np.ndarray]
 
 def stiffness_of_plates(chain: Chain, bare: Chain) -> np.ndarray:
     """(n,) bending stiffness of each plate over that without effects."""
-    return ((chain.stiffness + chain.cable_stiffness) / bare.stiffness).mean(1)
+    return (chain.elastic_stiffness / bare.elastic_stiffness).mean(1)
 
 
 def rest_of_plates(chain: Chain, bare: Chain) -> np.ndarray:

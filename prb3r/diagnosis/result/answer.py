@@ -80,15 +80,11 @@ def _after_the_setup(diagnosis: Diagnosis) -> str:
     doubtful = [effect for effect in diagnosis.effects if not effect.certain or effect.rivals]
     if not doubtful:
         return f"Simulate this rig with explained.toml; {weighed}."
-    kinds, open_questions = (list(dict.fromkeys(map(told, doubtful))) for told in (_kind, _open_question))
+    kinds = in_words(list(dict.fromkeys(effect.kind for effect in doubtful)))
+    questions = listed(list(dict.fromkeys(_open_question(effect) for effect in doubtful)))
     return (
-        f"Look at the rig itself for {in_words(kinds)}: no load program that was tried tells {listed(open_questions)}. "
-        f"Until then {weighed}."
+        f"Look at the rig itself for {kinds}: no load program that was tried tells {questions}. Until then {weighed}."
     )
-
-
-def _kind(effect: NamedEffect) -> str:
-    return effect.kind
 
 
 def _open_question(effect: NamedEffect) -> str:

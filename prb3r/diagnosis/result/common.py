@@ -91,12 +91,9 @@ class SharedParameter:
     def _shared_all_the_same(self) -> str:
         """A sentence on how probable one value for all rigs still is, where the recordings, each by itself, tell
         different ones."""
-        share = f"Joint models with one value have {100 * self.probability:.0f} % of the probability"
-        how = (
-            "All joint models that are left have one value"
-            if self.probability > self.settings.all_probability
-            else share
-        )
+        how = "All joint models that are left have one value"
+        if self.probability <= self.settings.all_probability:
+            how = f"Joint models with one value have {100 * self.probability:.0f} % of the probability"
         return f"{how}: an effect of one rig can make up the difference."
 
 

@@ -34,8 +34,8 @@ class Investigation:
     calibrated: Fit
     """The constants alone, fitted, with parts and tensions anywhere within their tolerances."""
     refitted: Fit
-    """The constants alone, as they predict best with every part as drawn (`refit_as_drawn`); the chosen fit where that
-    has no effects."""
+    """The constants alone, as they predict best with every part as drawn (`constants_as_drawn`); as told where the
+    chosen model has no effects."""
     told: Fit
     """The chosen model with the parameters that are told; those of its fit, but where something is left unexplained
     those with which it predicts best, every part as drawn (`as_drawn`)."""
