@@ -26,8 +26,8 @@ STRESS_STEP = 1e-6
 """Step of a tension for the differences of the stress, as a share of the largest allowed tension."""
 WORTH_FORCE = 1e-3
 """Share by which the stress must fall below that of the tensions of least sum for others to be preferred."""
-SHUT = 1e-9
-"""A tension below this share of the largest allowed one counts as zero."""
+IDLE_SHARE = 1e-9
+"""Share of the largest allowed tension below which a tension counts as zero."""
 
 
 def nearest_pull(pull: Pull, start: np.ndarray, most: np.ndarray) -> np.ndarray | None:
@@ -94,7 +94,7 @@ def along_rim(pull: Pull, start: np.ndarray, most: np.ndarray) -> np.ndarray | N
         bounds=[(0, 1)] * int(free.sum()),
         options={"ftol": SETTLED, "maxiter": 100},
     )
-    tension = np.where(whole(result.x) < SHUT * most, 0.0, whole(result.x))
+    tension = np.where(whole(result.x) < IDLE_SHARE * most, 0.0, whole(result.x))
     return tension if np.linalg.norm(pull(tension).off) < np.linalg.norm(pull(start).off) else start
 
 
@@ -134,7 +134,7 @@ def least_force(pull: Pull, start: np.ndarray, most: np.ndarray) -> np.ndarray:
         },
         options={"ftol": 1e-12, "maxiter": 100},
     )
-    tension = np.where(whole(result.x) < SHUT * scale, 0.0, whole(result.x))
+    tension = np.where(whole(result.x) < IDLE_SHARE * scale, 0.0, whole(result.x))
     tension = settled_on_target(pull, tension, most)
     better = np.linalg.norm(pull(tension).off) <= ARRIVED and tension.sum() < start.sum()
     return without_spare(pull, tension if better else start, most)
@@ -186,7 +186,7 @@ def least_stress(pull: Pull, start: np.ndarray, most: np.ndarray) -> np.ndarray:
         ],
         options={"ftol": 1e-9, "maxiter": 100},
     )
-    tension = np.where(whole(result.x) < SHUT * scale, 0.0, whole(result.x))
+    tension = np.where(whole(result.x) < IDLE_SHARE * scale, 0.0, whole(result.x))
     tension = settled_on_target(pull, tension, most)
     better = np.linalg.norm(pull(tension).off) <= ARRIVED and pull.cost(tension) < (1 - WORTH_FORCE) * highest
     return tension if better else start

@@ -24,9 +24,11 @@ FARTHEST_SOUGHT = 1e3
 """Norm of a scaled target beyond which the disk is brought toward another one of this norm in the same direction.  The
 point nearest to that one is, of what can be reached, the nearest to the target within a thousandth of the length; of
 distances much larger rounding leaves too little.  At 1e9 m the point found was 14 mm behind the nearest one."""
-FAR, COILED = 20.0, 3 * math.pi
-"""Targets farther away than the first number of lengths of the manipulator are most likely in millimetres; angles
-beyond the second, in rad, and beyond `most_turned`, in degrees.  Choice."""
+FAR_LENGTHS = 20.0
+"""Distance of a target, in lengths of the manipulator, beyond which it is most likely given in millimetres.  Choice."""
+COILED_RAD = 3 * math.pi
+"""Angle of a target, rad, beyond which it is most likely given in degrees, if it is beyond `most_turned` too.
+Choice."""
 
 
 @dataclass(frozen=True)
@@ -122,9 +124,9 @@ def out_of_reach(chain: Chain, rows: Sequence[Mapping[str, float]]) -> list[str]
         f"{name} = {value:g} m is far beyond the manipulator, which is {chain.length:.3g} m long; "
         f"lengths are given in metres: {value:g} mm is {value / 1e3:g}"
         for name, value in farthest.items()
-        if name != "angle_rad" and abs(value) > FAR * chain.length
+        if name != "angle_rad" and abs(value) > FAR_LENGTHS * chain.length
     ]
-    if abs(angle := farthest["angle_rad"]) > max(COILED, most_turned(chain)):
+    if abs(angle := farthest["angle_rad"]) > max(COILED_RAD, most_turned(chain)):
         right = f"angles are given in radians: {angle:g} degrees is {math.radians(angle):.4g}"
         said.append(f"angle_rad = {angle:g} rad is {abs(angle) / (2 * math.pi):.2g} turns; {right}")
     return said

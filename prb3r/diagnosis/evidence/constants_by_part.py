@@ -1,4 +1,4 @@
-"""Stiffness and friction as each part of a recording alone would have them: differences betray missing physics."""
+"""Stiffness and friction estimated from each part of a recording alone: differences betray missing physics."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -8,20 +8,20 @@ import numpy as np
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.recording.recording import Recording
 
-SINGULAR = 1e8
-"""Condition number of a normal matrix beyond which a part does not tell its constants apart: the square of that of the
-derivatives, 1e4."""
+MOST_CONDITION = 1e8
+"""Condition number of the normal matrix above which a part cannot tell its constants apart; for the derivatives, whose
+condition number is its square root, the limit is 1e4."""
 
 
 @dataclass(frozen=True)
 class Clue:
-    """The constants that one part of the readings asks for: one Gauss-Newton step from the calibrated ones, with the
-    frame held and without priors."""
+    """The constants estimated from one part of the readings alone: one Gauss-Newton step from the calibrated ones, with
+    the camera frame held and without priors."""
 
     by: str
-    """What the readings were divided by: direction, segment, amplitude, sequence."""
+    """What the readings are divided by: direction, segment, amplitude or sequence."""
     part: str
-    """Which part it is, in words."""
+    """Name of the part, such as `disks 1 to 7`."""
     stiffness: float
     """Factor on the calibrated stiffness."""
     stiffness_sd: float
@@ -56,7 +56,11 @@ def parts(recording: Recording, most_segments: int) -> Iterator[tuple[str, str, 
 
 
 def clues(calibrated: Fit) -> list[Clue]:
-    """The constants of every part that is not the whole and tells them well enough, in the order of :func:`parts`."""
+    """The constants of every proper part, in the order of :func:`parts`.
+
+    Parts with fewer than `Settings.fewest_readings_of_part` readings are left out, as are those whose constants cannot
+    be told apart (`MOST_CONDITION`) or have a standard deviation above `Settings.part_sd`.
+    """
     settings, varied = calibrated.model.settings, calibrated.model.varied
     factors = [k for k, name in enumerate(varied) if name.startswith("log_")]
     count = calibrated.model.predict.recording.readings.count
@@ -64,7 +68,7 @@ def clues(calibrated: Fit) -> list[Clue]:
     for by, part, mask in parts(calibrated.model.predict.recording, settings.most_segments_told):
         columns, residual = calibrated.jacobian[:count][mask][:, factors], calibrated.residual[:count][mask]
         normal = columns.T @ columns
-        if mask.all() or mask.sum() < settings.fewest_readings_of_part or np.linalg.cond(normal) > SINGULAR:
+        if mask.all() or mask.sum() < settings.fewest_readings_of_part or np.linalg.cond(normal) > MOST_CONDITION:
             continue
         covariance = np.linalg.inv(normal)
         step = -covariance @ (columns.T @ residual)

@@ -9,17 +9,18 @@ from prb3r.diagnosis.fit.model import Fit, normal_matrix
 from prb3r.diagnosis.library.hypothesis import Hypothesis
 
 AT_BOUND = 1e-6
-"""Distance, in a parameter's own scale, up to which it counts as on a bound, or an effect as nothing."""
-UNKNOWN = 1e-9
-"""Least share of the information on a parameter that the sequences left are taken to have."""
+"""Distance, in a parameter's own scale, up to which it counts as on its bound, or an effect as having vanished."""
+LEAST_INFORMATION = 1e-9
+"""Lower bound of the share of the information on a parameter that remains when a sequence is left out: keeps the
+deviance finite for parameters that only one sequence shows."""
 
 
 def left_out_deviance(fitted: Fit) -> np.ndarray:
-    """(q,) deviance of each sequence as predicted by a fit to all others (linearised, exact for linear models).
+    """(q,) deviance of each sequence as predicted by a fit to all others (linearised; exact for linear models).
 
     The deviance is minus twice the ln of the predictive density, up to a constant.  With the hat matrix H of the whole
-    fit, a left-out block b has the error (I - H_bb)^-1 r_b, of covariance (I - H_bb)^-1.  So a model is not blamed for
-    parameters that the other sequences do not tell.
+    fit, the error of a left-out block b is (I - H_bb)^-1 r_b, with the covariance (I - H_bb)^-1.  The covariance is
+    large along parameters that the other sequences do not determine, so a model is not penalised for these.
     """
     recording = fitted.model.predict.recording
     of_reading = recording.of_sequence[recording.readings.step]
@@ -28,7 +29,7 @@ def left_out_deviance(fitted: Fit) -> np.ndarray:
     for k in range(len(deviance)):
         in_sequence = of_reading == k
         part = basis[in_sequence]
-        inner = np.eye(part.shape[1]) - part.T @ part + UNKNOWN * np.eye(part.shape[1])
+        inner = np.eye(part.shape[1]) - part.T @ part + LEAST_INFORMATION * np.eye(part.shape[1])
         along = part.T @ residual[in_sequence]
         deviance[k] = residual[in_sequence] @ residual[in_sequence] + along @ np.linalg.solve(inner, along)
         deviance[k] -= np.linalg.slogdet(inner)[1]
@@ -49,11 +50,14 @@ def cost(fitted: Fit) -> float:
 def log_evidence(fitted: Fit, log_odds: Mapping[Hypothesis, float]) -> float:
     """ln of the marginal likelihood by Laplace's method plus the prior log odds of the effects, up to a constant.
 
-    Only models of the same readings and noise compare.  The volume of the constants by themselves is left out, as it is
-    nearly the same for all models.  An effect parameter with a bound at 0 has a prior of one side, which counts twice.
-    A constant with a flat prior that hardly a reading feels is as uncertain as its bounds allow.
+    Models can only be compared if they have the same readings and noise.  The volume of the constants by themselves is
+    left out, as it is nearly the same for all models.  The prior of an effect parameter with a bound at 0 is a
+    half-normal, of twice the density.  A constant with a flat prior that hardly moves a reading is as uncertain as its
+    bounds allow.
 
-    `log_odds`: ln of the prior odds of presence of every hypothesis.
+    Parameters
+    ----------
+    log_odds : ln of the prior odds of presence of every hypothesis.
     """
     model, constants = fitted.model, len(fitted.model.varied)
     normal = normal_matrix(fitted)
@@ -73,9 +77,9 @@ def improves_left_out(simple: Fit, rich: Fit) -> bool:
 
 
 def plausible(fitted: Fit) -> bool:
-    """Whether no parameter of an effect is on a bound and no effect that comes by degrees has vanished.
+    """Whether no parameter of an effect is on a bound, and no effect that can vanish continuously has vanished.
 
-    The lower bound of a parameter is allowed where all values below it act alike (`Free.limit`).
+    The lower bound of a parameter is allowed if all values below it act alike (`Free.limit`).
     """
     low, high = fitted.model.bounds(fitted.p)
     of_effects = slice(len(fitted.model.varied), None)
@@ -93,7 +97,7 @@ def plausible(fitted: Fit) -> bool:
 
 
 def chi2_threshold(fitted: Fit) -> float:
-    """The chi-square that a right model exceeds at `Settings.alarm_rate`, or at `naming_rate` if it has effects."""
+    """Critical value of chi-square: at the level `Settings.alarm_rate`, or `naming_rate` for a model with effects."""
     settings = fitted.model.settings
     rate = settings.naming_rate if fitted.model.hypotheses else settings.alarm_rate
     return float(chi2_critical(rate, fitted.freedom))

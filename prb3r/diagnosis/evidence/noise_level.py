@@ -37,7 +37,7 @@ class Around(NamedTuple):
     """(r, k) change by one prior standard deviation of each tolerance and each effect that may be there."""
 
 
-SMALLEST = 1e-12
+ROUNDED_SHARE = 1e-12
 """Variance along a direction, as a share of the largest, up to which it is nothing but rounding."""
 
 
@@ -173,7 +173,7 @@ def _deviance(through: _Seen, scales: np.ndarray, factor: float) -> np.ndarray:
     """Minus twice the ln of the likelihood at all factors `scales` on the readings, one `factor` on the tensions."""
     size = np.where(np.arange(len(through.gram)) < through.tensions, factor, 1.0)
     variance, axes = np.linalg.eigh(size[:, None] * through.gram * size)
-    kept = variance > SMALLEST * max(variance[-1], 1e-300)
+    kept = variance > ROUNDED_SHARE * max(variance[-1], 1e-300)
     along = (axes[:, kept].T @ (size * through.along)) ** 2 / variance[kept]
     rest = max(through.square - float(along.sum()), 0.0)
     spread = scales[:, None] ** 2 + variance[kept]

@@ -1,8 +1,8 @@
-r"""Score tests: how well each alternative would explain what a fit leaves, and how well the best does by chance.
+r"""Score tests: how well each alternative would explain the residuals of a fit, and how well the best does by chance.
 
-The direction `v` in which an alternative would move the whitened residuals is freed of all that the fitted parameters
-could do as well; :math:`z = v \cdot r / |v|` is then standard normal if nothing was left out.  The largest z of many
-alternatives is large by chance; its distribution is found by drawing residuals.
+Let `v` be the direction in which an alternative would move the whitened residuals `r`, projected orthogonally to what
+the fitted parameters can do ("freed").  If the model is complete, :math:`z = v \cdot r / |v|` is standard normal.  The
+largest z of many alternatives is large by chance; its distribution is simulated by drawing residuals.
 """
 
 from collections.abc import Sequence
@@ -19,56 +19,59 @@ from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.diagnosis.settings import Settings
 
-REPEATED_SHARE = 1e-10
-"""Variance of a combination of alternatives, as a share of the largest, up to which it is nothing but rounding."""
-NOTHING, REPEATED = 1e-6, 1e-6
-"""Share of a change that is left once freed, up to which it is not felt; and singular value, of columns of length 1, up
-to which a combination of them is nothing but rounding."""
+ROUNDED_VARIANCE = 1e-10
+"""Variance of a combination of alternatives, relative to the largest, at or below which it is rounding error."""
+LEAST_FREED_SHARE = 1e-6
+"""A change counts as felt only if more than this share of its norm is orthogonal to what the parameters can do."""
+ROUNDED_SINGULAR_VALUE = 1e-6
+"""Singular value, for columns of unit length, at or below which a combination of the columns is rounding error."""
 LEAST_CHANGE = 1e-3
-"""Least norm, in units of the noise, of which `NOTHING` is taken, so that rounding of a change of 0 is not felt."""
+"""Lower bound of the norm that `LEAST_FREED_SHARE` refers to, in units of the noise: a change that is 0 but for
+rounding is then not felt."""
 ROWS_DRAWN = 256
-"""Random numbers are drawn for a multiple of so many directions, so that one cached draw serves many tests."""
+"""Random numbers are drawn in blocks of this many rows, so that one cached draw serves tests of different sizes."""
 
 
 @dataclass(frozen=True, eq=False)
 class Alternative:
-    """Directions in which something not fitted would move the whitened residuals, freed of what is fitted."""
+    """Directions in which something that is not fitted would move the whitened residuals, freed of the parameters."""
 
     subject: Any
     """A hypothesis, a pattern of missing moments (`MomentPattern`) or a weight (`NotedWeight`)."""
     basis: np.ndarray
-    """(r + c, k) orthonormal, rows of priors included; no columns where the recording does not feel the subject."""
+    """(r + c, k) orthonormal columns over readings and priors; k = 0 if the subject moves no reading."""
     size: float
-    """Norm of the freed change per unit of the first free parameter that is felt, or by the whole effect; 0 where the
-    recording does not feel the subject."""
+    """Norm of the freed change per unit of the first free parameter that moves any reading, or by the whole effect;
+    0 if the subject moves none."""
     parameter: int = 0
-    """Number of that free parameter, from 0."""
+    """Index of that free parameter."""
     start: np.ndarray = field(default_factory=lambda: np.zeros(0))
     """Free parameters `u` of the probe at which a hypothesis is tried."""
     one_sided: bool = False
-    """Whether only a positive coefficient makes sense."""
+    """Whether negative coefficients are impossible."""
 
     @property
     def freedom(self) -> int:
-        """Number of directions of the alternative that the fitted parameters cannot imitate."""
+        """Degrees of freedom of the test: directions of the alternative that the fitted parameters cannot imitate."""
         return self.basis.shape[1]
 
     def gain(self, residual: np.ndarray) -> np.ndarray:
-        """Fall of chi-square if the subject were fitted, linearised; for a `residual` (r + c,) or (r + c, draws)."""
+        """Linearised fall of chi-square if the subject were fitted, for a `residual` (r + c,) or (r + c, draws)."""
         return self._gain(self.basis.T @ residual)
 
     def z(self, residual: np.ndarray) -> np.ndarray:
-        """The standard normal deviate, not negative, whose size is as rare by chance as the gain of `residual`."""
+        """Score of a `residual`: the non-negative normal deviate whose two-sided p-value is that of the gain."""
         return self.z_along(self.basis.T @ residual)
 
     def z_along(self, along: np.ndarray) -> np.ndarray:
-        """That deviate for components `along` the basis, (k,) or (k, draws)."""
+        """As :meth:`z`, given the components `along` the basis, (k,) or (k, draws)."""
         gain = self._gain(along)
         if self.freedom <= 1:
             return np.sqrt(gain)
         return normal_critical(np.maximum(chi2_tail(gain, self.freedom), 1e-300) / 2)
 
     def _gain(self, along: np.ndarray) -> np.ndarray:
+        """As :meth:`gain`, given the components `along` the basis, (k,) or (k, draws)."""
         return ((np.maximum(along, 0.0) if self.one_sided else along) ** 2).sum(0)
 
 
@@ -88,53 +91,53 @@ def alternatives(fitted: Fit, hypotheses: Sequence[Hypothesis]) -> list[Alternat
 
 
 def alternatives_of(fitted: Fit, subjects: Sequence[Any], moved: Sequence[np.ndarray]) -> list[Alternative]:
-    """The alternative of each subject, around `fitted`, where `moved` (r, k each) are its changes of the readings."""
+    """The alternative of each subject around `fitted`; `moved` holds its changes (r, k) of the readings, m or rad."""
     white = all_at_once(fitted.model.noise.whiten, moved)
     free = all_at_once(lambda changes: projected_out(changes, fitted.basis), white)
     return [_alternative(*each) for each in zip(subjects, white, free, strict=True)]
 
 
 def _alternative(subject: Any, white: np.ndarray, free: np.ndarray) -> Alternative:
-    """The alternative whose change of the whitened readings is `white` (r, k), and `free` (r + c, k) once freed."""
+    """The alternative of a subject, from its whitened changes `white` (r, k) and these freed, `free` (r + c, k)."""
     size = np.linalg.norm(free, axis=0)
-    felt = size > NOTHING * np.maximum(np.linalg.norm(white, axis=0), LEAST_CHANGE)
+    felt = size > LEAST_FREED_SHARE * np.maximum(np.linalg.norm(white, axis=0), LEAST_CHANGE)
     if not felt.any():
         return Alternative(subject, np.zeros((len(free), 0)), 0.0)
     first, basis = int(np.argmax(felt)), free[:, felt] / size[felt]
     if felt.sum() > 1:
         axes, length = left_singular(basis)
-        basis = axes[:, length > REPEATED]
+        basis = axes[:, length > ROUNDED_SINGULAR_VALUE]
     return Alternative(subject, basis, float(size[first]), first)
 
 
 @dataclass(frozen=True, eq=False)
 class Scores:
-    """The score tests of all alternatives, and what the largest of them is by chance."""
+    """The score tests of all alternatives, and the distribution of the largest score under a right model."""
 
     alternatives: tuple[Alternative, ...]
     z: np.ndarray
     """(d,) score of each alternative, not negative."""
     threshold: float
-    """What the largest z exceeds by chance at the rate `Settings.alarm_rate`."""
+    """Critical value of the largest z at the significance level `Settings.alarm_rate`."""
     naming: float
-    """What it exceeds at the rate `Settings.naming_rate`."""
+    """Critical value at the stricter level `Settings.naming_rate`."""
     drawn: np.ndarray
-    """(draws,) largest z of drawn residuals, ascending; empty where none were drawn."""
+    """(draws,) largest z of each draw of residuals, ascending; empty if none were drawn."""
 
     @property
     def chance(self) -> float:
-        """Chance that a right model has as large a largest z, or a larger one."""
+        """The p-value of the largest z: the chance that a right model has one as large or larger."""
         if not len(self.drawn):
             return float(2 * normal_tail(self.largest))
         return float((len(self.drawn) - np.searchsorted(self.drawn, self.largest) + 1) / (len(self.drawn) + 1))
 
     @property
     def largest(self) -> float:
-        """The largest z of all alternatives; 0 without any."""
+        """The largest z of all alternatives; 0 if there are none."""
         return float(self.z.max(initial=0.0))
 
     def best(self) -> list[int]:
-        """Numbers of the alternatives in order of falling z, each subject once, without those that are not felt."""
+        """Indices of the alternatives in order of falling z: each subject once, those that move no reading left out."""
         seen, order = set(), []
         for k in np.argsort(-self.z):
             if self.alternatives[k].subject not in seen and self.alternatives[k].freedom:
@@ -144,7 +147,11 @@ class Scores:
 
 
 def scores(fitted: Fit, tested: Sequence[Alternative], seed: int) -> Scores:
-    """The score tests of the alternatives `tested` on the residuals of `fitted`; `seed`: of the residuals drawn."""
+    """The score tests of the alternatives `tested` on the residuals of `fitted`.
+
+    `seed` is that of the residuals drawn for the critical values.  With `Settings.tested_alone` none are drawn, and the
+    critical values are those of a single test.
+    """
     settings = fitted.model.settings
     z = np.array([candidate.z(fitted.residual) for candidate in tested])
     judged = tested[:0] if settings.tested_alone else tested
@@ -156,22 +163,22 @@ def scores(fitted: Fit, tested: Sequence[Alternative], seed: int) -> Scores:
 
 @lru_cache(maxsize=1)
 def _standard_normal(seed: int, rows: int, draws: int) -> np.ndarray:
-    """(rows, draws) standard normal numbers; more rows begin with the same rows."""
+    """(rows, draws) standard normal numbers; the first rows do not depend on the number of rows."""
     return np.random.default_rng(seed).standard_normal((rows, draws))
 
 
 def largest_by_chance(tested: Sequence[Alternative], seed: int, settings: Settings) -> np.ndarray:
-    """(draws,) largest z of all alternatives on residuals as a right model leaves them, ascending; empty without any.
+    """(draws,) largest z of all alternatives on residuals of a right model, ascending; empty without alternatives.
 
-    Such residuals are standard normal.  Drawn are their components along the bases of all alternatives, which are
-    normal with the inner products of the bases as covariance.
+    Residuals of a right model are standard normal.  Only their components along the bases of the alternatives are
+    drawn: these are normal, and the inner products of the bases are their covariance.
     """
     felt = [candidate for candidate in tested if candidate.freedom]
     if not felt:
         return np.zeros(0)
     bases = np.hstack([candidate.basis for candidate in felt])
     variance, axes = np.linalg.eigh(bases.T @ bases)
-    root = (axes * np.sqrt(np.where(variance > REPEATED_SHARE * variance[-1], variance, 0.0))) @ axes.T
+    root = (axes * np.sqrt(np.where(variance > ROUNDED_VARIANCE * variance[-1], variance, 0.0))) @ axes.T
     along = root @ _standard_normal(seed, -(-len(root) // ROWS_DRAWN) * ROWS_DRAWN, settings.draws)[: len(root)]
     parts = np.split(along, np.cumsum([candidate.freedom for candidate in felt])[:-1])
     return np.sort(np.max([candidate.z_along(part) for candidate, part in zip(felt, parts, strict=True)], axis=0))

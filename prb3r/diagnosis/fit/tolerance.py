@@ -21,17 +21,17 @@ from prb3r.recording.recording import Kind, Tolerance
 
 THICKNESS_TO_STIFFNESS = 3.0
 """Bending stiffness grows with the third power of a plate's thickness."""
-SMALL = 0.01
-"""Step, in standard deviations to either side, by which elementary functions are differenced."""
-FLAT = 1e-9
-"""Information on a parameter of the model that its prior adds, as a share of what the readings have: enough to make the
-matrix invertible, and next to none."""
+TOLERANCE_STEP = 0.01
+"""Step of a tolerance for central differences, in its standard deviations."""
+FLAT_PRIOR_SHARE = 1e-9
+"""Prior information on a parameter of the model, relative to that of the readings: just enough to make the matrix
+invertible."""
 SOLUTIONS_KEPT = 4
-"""Solutions for which :func:`tolerances` is cached: it is asked for the noise around a fit, for the rig as it was made
-and for predictions.  Few, for memory: in six small diagnoses 4 serve 84 of 220 calls, 16 serve 109."""
-UNFELT = 1e-12
-"""Least norm, in units of the noise, that the change of the readings by a parameter is taken to have, so that the prior
-of one that no reading feels is not 0."""
+"""Number of solutions for which :func:`tolerances` is cached.  Few, to save memory: in six small diagnoses 4 of them
+serve 84 of 220 calls, 16 serve 109."""
+LEAST_NORM = 1e-12
+"""Lower bound of the norm of the change of the readings by a parameter, in units of the noise: keeps the prior of a
+parameter that moves no reading from being 0."""
 
 
 class Tolerances(NamedTuple):
@@ -78,7 +78,9 @@ def tolerances(predict: Predictor, solved: Solution) -> Tolerances:
 
     felt = [k for k, tolerance in enumerate(acting) if tolerance.sd > 0]
     moved = np.zeros((predict.recording.readings.count, len(acting)))
-    moved[:, felt] = response(predict, solved, [across(problem_of(acting[k]), (-SMALL, SMALL)) for k in felt])
+    moved[:, felt] = response(
+        predict, solved, [across(problem_of(acting[k]), (-TOLERANCE_STEP, TOLERANCE_STEP)) for k in felt]
+    )
     marked = list(_markers(predict, solved))
     return Tolerances(
         (*(tolerance.name for tolerance in acting), *(name for name, _, _ in marked)),
@@ -194,8 +196,8 @@ def estimated(known: Tolerances, plain: Noise, misfit: np.ndarray, moved: np.nda
     tolerances.
     """
     whole, count = plain.whiten(np.hstack([known.moved, moved])), len(known.sd)
-    scale = np.maximum(np.linalg.norm(whole, axis=0), UNFELT)
-    prior = np.concatenate([np.ones(count), FLAT * scale[count:] ** 2])
+    scale = np.maximum(np.linalg.norm(whole, axis=0), LEAST_NORM)
+    prior = np.concatenate([np.ones(count), FLAT_PRIOR_SHARE * scale[count:] ** 2])
     covariance = np.linalg.inv(whole.T @ whole + np.diag(prior))
     share = covariance @ (whole.T @ plain.whiten(misfit))
     sd = np.sqrt(np.diag(covariance))

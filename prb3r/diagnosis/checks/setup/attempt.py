@@ -18,9 +18,10 @@ from prb3r.mechanics.equilibrium import Equilibria
 from prb3r.model.laws.self_consistent import equilibria_of
 from prb3r.recording.recording import Recording
 
-LOST = 0.5
-"""Share of `Settings.farthest` from which on a friction coefficient counts as lost.  Choice: a factor of 7, which makes
-0.2 less than 0.03 or more than 1.4, and dry pairs of any materials lie between."""
+LOST_FRICTION = 0.5
+"""Size of the ln of the factor on friction, as a share of `Settings.farthest`, above which the fit counts as having
+lost the friction coefficient.  Choice: a factor of 7, which turns 0.2 into less than 0.03 or more than 1.4; dry pairs
+of any materials lie between these."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,7 +131,7 @@ def attempt_on(recording: Recording, settings: Settings) -> Attempt:
     coarse = [Constants(float(np.log(factor))) for factor in settings.coarse_factors]
     starts = (Constants(float(np.log(factor))) for factor in settings.start_factors)
     fitted = next((standing for start in starts if (standing := trying.fitted(recording, rows, start))), None)
-    if fitted and abs(fitted.constants.log_friction) > LOST * settings.farthest:
+    if fitted and abs(fitted.constants.log_friction) > LOST_FRICTION * settings.farthest:
         # where the stiffness is far from the nominal one, friction is lost on the way to it
         again = trying.fitted(recording, rows, Constants(fitted.constants.log_stiffness))
         fitted = min(filter(None, (fitted, again)), key=attrgetter("total"))

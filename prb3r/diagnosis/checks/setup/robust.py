@@ -23,10 +23,10 @@ from prb3r.diagnosis.settings import Settings
 from prb3r.mechanics.equilibrium import Equilibria
 from prb3r.recording.recording import Kind, Recording
 
-FIXED = 1e-12
-"""Prior standard deviation of a coordinate of the camera frame that is known, m or rad."""
-HALF_OF_NORMAL = 0.6745
-"""Standard deviations within which half of all draws of a normal distribution lie."""
+FIXED_FRAME_SD = 1e-12
+"""Prior standard deviation, m or rad, of a coordinate of the camera frame that the recording states as known."""
+NORMAL_QUARTILE = 0.6745
+"""Upper quartile of the standard normal distribution: half of all draws lie within it, either way."""
 
 
 def expected_loss(scale: float) -> float:
@@ -111,7 +111,7 @@ class Trier:
         away, columns = predict.misfit(seen.readings[of_readings]), seen.columns[of_readings]
         known = np.isfinite(away)
         turned, moved = measurement.frame_rotation_sd_rad, measurement.frame_position_sd_m
-        prior = np.array([turned or FIXED, moved or FIXED, moved or FIXED]) ** -2.0
+        prior = np.array([turned or FIXED_FRAME_SD, moved or FIXED_FRAME_SD, moved or FIXED_FRAME_SD]) ** -2.0
         already = np.array([(constants.rotation, constants.x, constants.y) for constants in grid])
         change, among, missed, variance = 0 * already, columns.swapaxes(1, 2), np.nan_to_num(away), self.sd[rows] ** 2
         for _ in range(self.settings.robust_rounds):
@@ -137,7 +137,7 @@ class Trier:
         model = Model(predict, independent(self.sd[rows]), settings=settings)
         p = np.array([getattr(start, name) for name in model.varied])
         missed = model.residuals(p, model.solve(p))[: len(rows)]
-        half, widened = float(np.median(np.abs(missed))) / HALF_OF_NORMAL, settings.widened_from
+        half, widened = float(np.median(np.abs(missed))) / NORMAL_QUARTILE, settings.widened_from
         fits, standings = [(model, settings.robust_steps)], []
         if half > widened:  # with a wider noise readings far off count at first
             wide = replace(model, noise=independent(half * self.sd[rows]))
