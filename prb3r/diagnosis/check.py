@@ -56,7 +56,7 @@ def check(searched: Searched, blunder: Blunder | None = None) -> Investigation:
     if choice.structured:
         choice = replace(choice, share_of_stated=share_of_stated(choice.fitted, choice.doubts))
     doubted, calibrated = tested.doubted, choice.calibrated
-    task, training = doubted.task, calibrated.model.predict.recording
+    task, training = doubted.task, calibrated.recording
     fresh, before = _set_aside(doubted, choice), choice.fitted
     models = [(survivor.probability, survivor.fitted) for survivor in choice.survivors]
     choice = predicting(choice, fresh, doubted.search)
@@ -148,8 +148,8 @@ def _on_the_noise(choice: Choice, doubted: Doubted, fresh: Unseen | None) -> tup
         *scattered(doubted.repeated),
         *noisy(choice.level, doubted.task.settings),
         *below_stated(choice.share_of_stated),
-        *wrong_weights(choice.calibrated.model.predict.recording, choice.doubts.weights),
-        *(wrong_weights(fresh.predict.recording, fresh.doubted) if fresh else ()),
+        *wrong_weights(choice.calibrated.recording, choice.doubts.weights),
+        *(wrong_weights(fresh.recording, fresh.doubted) if fresh else ()),
         *weighed(choice.doubts),
     )
 

@@ -23,7 +23,7 @@ from prb3r.errors import Problem, SpecError
 from prb3r.model.given import Given, manipulator_of
 from prb3r.model.manipulator import Manipulator
 from prb3r.recording.reading import load_recording
-from prb3r.recording.recording import Kind, Recording
+from prb3r.recording.recording import Recording
 from prb3r.runs.backends.process_map import process_map
 
 
@@ -159,7 +159,7 @@ def pooled(judged: Sequence[tuple[Recording, HeldOut]]) -> HeldOut:
 
     Sequences are named after their recording; mean squares are averaged by the number of readings of each.
     """
-    positions = np.array([int((recording.readings.kind <= Kind.Y).sum()) for recording, _ in judged])
+    positions = np.array([int(recording.readings.is_position.sum()) for recording, _ in judged])
     readings = np.array([recording.readings.count for recording, _ in judged])
     errors = [error for _, error in judged]
 

@@ -127,6 +127,11 @@ class Readings(NamedTuple):
         """Number `r` of readings; each coordinate, angle and bend of a marker is one."""
         return len(self.value)
 
+    @property
+    def is_position(self) -> np.ndarray:
+        """(r,) whether each reading is a coordinate, m; else it is an angle or a bend, rad."""
+        return self.kind <= Kind.Y
+
     def where(self, chosen: np.ndarray) -> "Readings":
         """The readings that a mask or an array of indices selects."""
         return Readings(*(field[chosen] for field in self))

@@ -20,7 +20,7 @@ from prb3r.model.steps import with_tensions
 def without_outliers(rough: Fit) -> tuple[Fit, Doubts]:
     """The calibrated model refitted with gross outliers weighed down, and the factors on their standard deviations."""
     settings = rough.model.settings
-    fitted, doubts = rough, Doubts(np.ones(rough.model.predict.recording.readings.count))
+    fitted, doubts = rough, Doubts(np.ones(rough.recording.readings.count))
     for _ in range(settings.doubt_rounds):
         if not settings.believe_all:
             doubts = Doubts(outlier_inflation(fitted.model.predict, fitted.solved.readings, settings))

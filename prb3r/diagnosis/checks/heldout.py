@@ -16,7 +16,7 @@ from prb3r.diagnosis.fit.prediction import Predictor, Solution, predictor
 from prb3r.diagnosis.fit.response import tension_response
 from prb3r.diagnosis.fit.tolerance import tolerances
 from prb3r.diagnosis.settings import Settings
-from prb3r.recording.recording import Kind, Recording
+from prb3r.recording.recording import Recording
 
 UNFELT_WEIGHT = 1e-9
 """Size, in units of the noise, that the change by a weight counts as having at least: against division by zero."""
@@ -95,6 +95,11 @@ class Unseen:
     foreseen: dict[Fit, Foreseen] = field(default_factory=dict, repr=False)
     """Results of :meth:`foresee` by fit."""
 
+    @property
+    def recording(self) -> Recording:
+        """The sequences set aside, as a recording."""
+        return self.predict.recording
+
     def solved(self, fitted: Fit) -> Solution:
         """States (s, n) and readings (r,) that `fitted` predicts for the sequences set aside."""
         return self.predict.solve(fitted.constants, fitted.effects)
@@ -131,7 +136,7 @@ class Unseen:
         ----------
         uncertain : (r, k) changes by one standard deviation of all else that is uncertain.
         """
-        recording, sensitivity = self.predict.recording, tension_response(self.predict, solved)
+        recording, sensitivity = self.recording, tension_response(self.predict, solved)
 
         def under(inflation: np.ndarray) -> Noise:
             doubts = Doubts(inflation, self.doubted, self.known.level)
@@ -162,16 +167,16 @@ class Unseen:
         misfit = self.predict.misfit(readings)
         if not np.isfinite(misfit).all():
             return None
-        exact = -float(np.log(reading_sd(self.predict.recording)).sum())
+        exact = -float(np.log(reading_sd(self.recording)).sum())
         return (noise.log_density(misfit) - exact) / len(misfit)
 
     def judged(self, fitted: Fit) -> tuple[JudgedSequence, ...]:
         """Every sequence set aside, in the order of the recording, with the chance of an error this large if `fitted`
         is right; the chance is 0 where a step has no equilibrium."""
-        recording, (readings, noise, _) = self.predict.recording, self.foresee(fitted)
+        recording, (readings, noise, _) = self.recording, self.foresee(fitted)
         white = noise.whiten(np.nan_to_num(self.predict.misfit(readings)))
         of_reading, judged = recording.of_sequence[recording.readings.step], []
-        known = fitted.residual[: fitted.model.predict.recording.readings.count]
+        known = fitted.misfit
         for k, name in enumerate(recording.sequences):
             of_sequence = of_reading == k
             lost = not np.isfinite(readings[of_sequence]).all()
@@ -183,7 +188,7 @@ class Unseen:
     def missed_steps(self, fitted: Fit) -> list[int]:
         """Rows of the steps whose readings `fitted` misses by more than chance allows, of all steps at once."""
         readings, noise, _ = self.foresee(fitted)
-        step, misfit = self.predict.recording.readings.step, self.predict.misfit(readings)
+        step, misfit = self.recording.readings.step, self.predict.misfit(readings)
         squares, counts = np.bincount(step, noise.whiten(np.nan_to_num(misfit)) ** 2), np.bincount(step)
         return [
             k
@@ -194,7 +199,7 @@ class Unseen:
     @property
     def rate(self) -> float:
         """Chance below which a sequence counts as not predicted: `Settings.naming_rate` divided among the sequences."""
-        return self.settings.naming_rate / len(self.predict.recording.sequences)
+        return self.settings.naming_rate / len(self.recording.sequences)
 
     def refutes(self, fitted: Fit) -> bool:
         """Whether `fitted` fails to predict any sequence."""
@@ -225,7 +230,7 @@ class Unseen:
 
     def _doubting(self, fitted: Fit) -> "Unseen":
         """As :meth:`doubting`, for `fitted` alone; the object itself where no weight is doubted."""
-        recording, solved = self.predict.recording, self.solved(fitted)
+        recording, solved = self.recording, self.solved(fitted)
         readings, noise, _ = self.foresee(fitted)
         misfit = self.predict.misfit(readings)
         steps, cables = np.nonzero(recording.loads.tension > 0)
@@ -292,7 +297,7 @@ def compared(predict: Predictor, noise: Noise, calibrated: np.ndarray, explained
     known = np.isfinite(calibrated) & np.isfinite(explained)
     clean = noise.believed & known
     before, after = (np.where(known, predict.misfit(values), 0.0) for values in (calibrated, explained))
-    position = recording.readings.kind <= Kind.Y
+    position = recording.readings.is_position
 
     def rms(values: np.ndarray, chosen: np.ndarray) -> float | None:
         chosen = chosen & clean

@@ -37,7 +37,7 @@ def _by_all_sequences(choice: Choice, fresh: Unseen) -> Fit:
     It also stays where the smallest part misses a held-out sequence by more than noise does in one recording of
     twenty: of models that are all wrong, densities do not tell which names are right.
     """
-    best, count, settings = choice.survivors[0], fresh.predict.recording.readings.count, choice.fitted.model.settings
+    best, count, settings = choice.survivors[0], fresh.recording.readings.count, choice.fitted.model.settings
     told = {}
     for survivor in choice.survivors:
         if choice.effects <= survivor.effects <= best.effects:

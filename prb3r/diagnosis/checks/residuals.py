@@ -33,8 +33,8 @@ def model_checks(choice: Choice, judged: Sequence[JudgedSequence]) -> tuple[Mode
     judged : the sequences set aside, as they are predicted.
     """
     fitted, settings = choice.fitted, choice.fitted.model.settings
-    recording = fitted.model.predict.recording
-    left = fitted.residual[: recording.readings.count]
+    recording = fitted.recording
+    left = fitted.misfit
     checks = [
         ModelCheck("chi-square", float(chi2_tail(fitted.chi2, fitted.freedom))),
         ModelCheck("scale of the noise", by_chance(choice.level.reading.value, settings.noise_log_sd)),

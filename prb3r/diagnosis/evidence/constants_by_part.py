@@ -63,10 +63,10 @@ def clues(calibrated: Fit) -> list[Clue]:
     """
     settings, varied = calibrated.model.settings, calibrated.model.varied
     factors = [k for k, name in enumerate(varied) if name.startswith("log_")]
-    count = calibrated.model.predict.recording.readings.count
+    count = calibrated.recording.readings.count
     constants = []
-    for by, part, mask in parts(calibrated.model.predict.recording, settings.most_segments_told):
-        columns, residual = calibrated.jacobian[:count][mask][:, factors], calibrated.residual[:count][mask]
+    for by, part, mask in parts(calibrated.recording, settings.most_segments_told):
+        columns, residual = calibrated.jacobian[:count][mask][:, factors], calibrated.misfit[mask]
         normal = columns.T @ columns
         if mask.all() or mask.sum() < settings.fewest_readings_of_part or np.linalg.cond(normal) > MOST_CONDITION:
             continue

@@ -109,7 +109,7 @@ def _problem(fitted: Fit, hypothesis: Hypothesis, u: np.ndarray) -> tuple[Chain,
 def _directions(fitted: Fit, hypothesis: Hypothesis, start: np.ndarray) -> list[Direction]:
     """A direction for each free parameter; for a kinked effect one from nothing to the side of `start`, per unit."""
     if hypothesis.kinked:
-        begins = fitted.model.predict.recording.begins
+        begins = fitted.recording.begins
         at_rest = without_slack(*_problem(fitted, hypothesis, 0 * start), begins)
         small = without_slack(*_problem(fitted, hypothesis, CHANGE * np.sign(start)), begins)
         return [Direction(small, at_rest, CHANGE)]

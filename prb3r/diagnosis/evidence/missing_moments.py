@@ -59,7 +59,7 @@ def laws(fitted: Fit, mechanics: Mechanism) -> list[MomentPattern]:
 
     Where all cables slip one way at every step, the direction of slip makes no pattern beside the tensions.
     """
-    recording, known = fitted.model.predict.recording, dict(mechanics.influences)
+    recording, known = fitted.recording, dict(mechanics.influences)
     if np.array_equal(np.abs(known["direction"]), np.abs(known["tension"])):
         del known["direction"]
     patterns = [MomentPattern(of, WHOLE, values) for of, values in known.items()]
@@ -83,7 +83,7 @@ def laws(fitted: Fit, mechanics: Mechanism) -> list[MomentPattern]:
 
 def law_alternatives(fitted: Fit, mechanics: Mechanism, dictionary: Sequence[MomentPattern]) -> list[Alternative]:
     """The alternative of every pattern around `fitted`: how its moments, or its shift, change the readings."""
-    step = fitted.model.predict.recording.readings.step
+    step = fitted.recording.readings.step
     moved = [law.values if law.values.ndim == 1 else (mechanics.moment * law.values[step]).sum(1) for law in dictionary]
     return alternatives_of(fitted, dictionary, [shift[:, None] for shift in moved])
 
@@ -107,7 +107,7 @@ def missing_moments(fitted: Fit, mechanics: Mechanism) -> MomentMap:
     but for a share of their own (`Settings.own_share`).  Its standard deviation, one of `Settings.moment_sizes` times
     the largest moment of the cables, is the one that makes the readings of all steps likeliest.
     """
-    recording, settings = fitted.model.predict.recording, fitted.model.settings
+    recording, settings = fitted.recording, fitted.model.settings
     count = recording.readings.count
     s, n = mechanics.pull.shape
     plates = np.arange(n)
@@ -119,7 +119,7 @@ def missing_moments(fitted: Fit, mechanics: Mechanism) -> MomentMap:
         whole = np.zeros((count, n))
         whole[at_step] = mechanics.moment[at_step]
         columns = fitted.model.noise.whiten(whole)
-        normal[k], along[k] = columns.T @ columns, columns.T @ fitted.residual[:count]
+        normal[k], along[k] = columns.T @ columns, columns.T @ fitted.misfit
     largest = float(np.abs(mechanics.pull).max(initial=0.0)) or 1.0
 
     def posterior(size: float) -> tuple[np.ndarray, np.ndarray, float]:

@@ -22,9 +22,9 @@ def left_out_deviance(fitted: Fit) -> np.ndarray:
     fit, the error of a left-out block b is (I - H_bb)^-1 r_b, with the covariance (I - H_bb)^-1.  The covariance is
     large along parameters that the other sequences do not determine, so a model is not penalised for these.
     """
-    recording = fitted.model.predict.recording
+    recording = fitted.recording
     of_reading = recording.of_sequence[recording.readings.step]
-    basis, residual = fitted.basis[: len(of_reading)], fitted.residual[: len(of_reading)]
+    basis, residual = fitted.basis[: len(of_reading)], fitted.misfit
     deviance = np.zeros(len(recording.sequences))
     for k in range(len(deviance)):
         in_sequence = of_reading == k
@@ -39,12 +39,12 @@ def left_out_deviance(fitted: Fit) -> np.ndarray:
 def bic(fitted: Fit) -> float:
     """Bayesian information criterion in which sequences, not readings, count as independent: chi-square plus the ln of
     their number for each parameter."""
-    return fitted.chi2 + len(fitted.p) * np.log(max(len(fitted.model.predict.recording.sequences), 2))
+    return fitted.chi2 + len(fitted.p) * np.log(max(len(fitted.recording.sequences), 2))
 
 
 def cost(fitted: Fit) -> float:
     """Bayesian information criterion in which every reading counts as independent; ranks models of different size."""
-    return fitted.chi2 + len(fitted.p) * np.log(fitted.model.predict.recording.readings.count)
+    return fitted.chi2 + len(fitted.p) * np.log(fitted.recording.readings.count)
 
 
 def log_evidence(fitted: Fit, log_odds: Mapping[Hypothesis, float]) -> float:

@@ -134,7 +134,7 @@ class NotedWeight(NamedTuple):
 
 def weight_alternatives(fitted: Fit, sensitivity: np.ndarray) -> list[Alternative]:
     """The alternative of every weight above 0 that could be wrong; `sensitivity` (r, s, m): of `tension_response`."""
-    weights = np.argwhere(fitted.model.predict.recording.loads.tension > 0).tolist()
+    weights = np.argwhere(fitted.recording.loads.tension > 0).tolist()
     moved = [sensitivity[:, s, j, None] for s, j in weights]
     return alternatives_of(fitted, [NotedWeight(s, j) for s, j in weights], moved)
 
@@ -176,9 +176,8 @@ def lone_outliers(fitted: Fit, doubts: Doubts) -> np.ndarray:
     if not fitted.balanced:
         return doubts.inflation
     model = fitted.model
-    recording = model.predict.recording
-    white = fitted.residual[: recording.readings.count]
-    return lone_inflation(recording, white, model.noise, doubts.inflation, model.settings)
+    recording = model.recording
+    return lone_inflation(recording, fitted.misfit, model.noise, doubts.inflation, model.settings)
 
 
 def lone_inflation(
@@ -239,6 +238,5 @@ def _deletion_residuals(white: np.ndarray, noise: Noise, suspected: np.ndarray) 
 
 def far_off(fitted: Fit, doubts: Doubts) -> list[int]:
     """Numbers of the readings that were weighed down, or whose whitened misfit exceeds `Settings.listed_sd`."""
-    count = fitted.model.predict.recording.readings.count
-    beyond = np.abs(fitted.residual[:count]) > fitted.model.settings.listed_sd
+    beyond = np.abs(fitted.misfit) > fitted.model.settings.listed_sd
     return np.flatnonzero(beyond | (doubts.inflation > 1)).tolist()

@@ -51,9 +51,9 @@ def chance_of_smooth_moments(fitted: Fit, seed: int) -> float:
     ----------
     seed : seed of the `Settings.draws` residuals that are drawn; the chance is no smaller than one of them.
     """
-    settings, count = fitted.model.settings, fitted.model.predict.recording.readings.count
+    settings, count = fitted.model.settings, fitted.recording.readings.count
     explained = basis_of(fitted.jacobian[:count])
-    left = fitted.residual[:count] - explained @ (explained.T @ fitted.residual[:count])
+    left = fitted.misfit - explained @ (explained.T @ fitted.misfit)
     fields = [field for field in _fields(fitted, explained) if len(field.variance)]
     if not fields:
         return 1.0
@@ -127,7 +127,7 @@ def modes_of_field(fitted: Fit, on_arm: np.ndarray, over_steps: np.ndarray) -> n
     on_arm : (r, a) change of every reading by each mode along the arm.
     over_steps : (s, s) covariance of the size of each of them over the steps.
     """
-    readings = fitted.model.predict.recording.readings
+    readings = fitted.recording.readings
     over = leading_modes(over_steps, fitted.model.settings)[readings.step]
     return fitted.model.noise.whiten((on_arm[:, :, None] * over[:, None, :]).reshape(readings.count, -1))
 

@@ -24,9 +24,9 @@ def share_of_stated(fitted: Fit, doubts: Doubts) -> float:
     for a small part of the readings while the whole is below.
     """
     stated = renewed(fitted, replace(doubts, level=AS_STATED))
-    readings, of_sequence = stated.model.predict.recording.readings, stated.model.predict.recording.of_sequence
-    squared = stated.residual[: readings.count] ** 2
-    parts = [squared[of == one].mean() for of in (readings.disk, of_sequence[readings.step]) for one in np.unique(of)]
+    readings, squared = stated.recording.readings, stated.misfit**2
+    labels = readings.disk, stated.recording.of_sequence[readings.step]
+    parts = [squared[label == part].mean() for label in labels for part in np.unique(label)]
     by_chance = 1 - chi2_tail(stated.chi2, stated.freedom)
     share = float(np.sqrt(squared.mean()))
     return share if by_chance < fitted.model.settings.naming_rate and max(parts) <= 1.0 else max(share, 1.0)

@@ -36,9 +36,9 @@ class Constants(NamedTuple):
 
 def varied_constants(recording: Recording) -> tuple[str, ...]:
     """Names of the constants that a recording leaves free, in the order in which they are fitted."""
-    measurement, kind = recording.measurement, recording.readings.kind
+    measurement, readings = recording.measurement, recording.readings
     turned, moved = measurement.frame_rotation_sd_rad > 0, measurement.frame_position_sd_m > 0
-    positions, angles = bool((kind <= Kind.Y).any()), bool((kind == Kind.ANGLE).any())
+    positions, angles = bool(readings.is_position.any()), bool((readings.kind == Kind.ANGLE).any())
     return (
         "log_stiffness",
         *(("log_friction",) if recording.manipulator.friction.coefficient > 0 else ()),

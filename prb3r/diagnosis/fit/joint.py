@@ -133,7 +133,7 @@ class JointModel:
     def residuals(self, p: np.ndarray, solved: tuple[Solution, ...]) -> np.ndarray:
         """(R + P,) whitened misfits of all recordings, then one row for each prior."""
         parts = [
-            member.residuals(whole @ p, solution)[: member.predict.recording.readings.count]
+            member.residuals(whole @ p, solution)[: member.recording.readings.count]
             for member, whole, solution in zip(self.members, self.maps, solved, strict=True)
         ]
         return np.concatenate([*parts, -p / self.deviations])
@@ -197,7 +197,7 @@ class JointFit:
     @cached_property
     def rows(self) -> tuple[slice, ...]:
         """Where the readings of each recording stand among the residuals."""
-        ends = np.cumsum([0, *(rig.predict.recording.readings.count for rig in self.model.rigs)])
+        ends = np.cumsum([0, *(rig.recording.readings.count for rig in self.model.rigs)])
         return tuple(slice(a, b) for a, b in pairwise(ends.tolist()))
 
     def part(self, rig: int) -> Fit:

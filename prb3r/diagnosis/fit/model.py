@@ -19,6 +19,7 @@ from prb3r.diagnosis.fit.response import across, interval, response
 from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.mechanics.chain import Chain, Loads
 from prb3r.model.effects.base import Effect
+from prb3r.recording.recording import Recording
 
 MOVES_NOTHING = 1e-9
 """Largest derivative of a reading, in standard deviations, by a parameter that moves nothing: rounding."""
@@ -113,6 +114,16 @@ class Fit:
     """Whether the next step promises no fall of chi-square that counts, or a restart from here brought none."""
 
     @property
+    def recording(self) -> Recording:
+        """The recording that was fitted."""
+        return self.model.recording
+
+    @property
+    def misfit(self) -> np.ndarray:
+        """(r,) whitened misfits of the readings: `residual` without the rows of priors and of other recordings."""
+        return self.residual[: self.recording.readings.count]
+
+    @property
     def chi2(self) -> float:
         """Sum of squared residuals, including the rows of priors and those from other recordings."""
         return float(self.residual @ self.residual)
@@ -121,7 +132,7 @@ class Fit:
     def freedom(self) -> int:
         """Degrees of freedom: readings, priors that are not flat and rows from other recordings, less parameters."""
         known = np.isfinite(self.model.deviations).sum() + len(self.model.believed.target)
-        return int(self.model.predict.recording.readings.count + known - len(self.p))
+        return int(self.recording.readings.count + known - len(self.p))
 
     @property
     def costly(self) -> bool:
@@ -157,7 +168,7 @@ class Fit:
 
         Rows of effects' priors and from other recordings are 0, as the two fits need not have the same.
         """
-        shared = self.model.predict.recording.readings.count + len(self.model.varied)
+        shared = self.recording.readings.count + len(self.model.varied)
         out = np.zeros(len(self.residual))
         out[:shared] = self.residual[:shared] - other.residual[:shared]
         return out
@@ -165,7 +176,7 @@ class Fit:
     @cached_property
     def idle(self) -> frozenset[Hypothesis]:
         """The fitted effects that move no reading, as a law of unloading where plates do not soften."""
-        return idle_effects(self.model, self.jacobian[: self.model.predict.recording.readings.count])
+        return idle_effects(self.model, self.jacobian[: len(self.misfit)])
 
     @cached_property
     def basis(self) -> np.ndarray:

@@ -24,6 +24,7 @@ from prb3r.diagnosis.fit.prediction import Predictor
 from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.diagnosis.settings import Settings
 from prb3r.model.effects.base import Effect
+from prb3r.recording.recording import Recording
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +44,12 @@ class Parametrisation:
 
     def __post_init__(self) -> None:
         if not self.varied:
-            object.__setattr__(self, "varied", varied_constants(self.predict.recording))
+            object.__setattr__(self, "varied", varied_constants(self.recording))
+
+    @property
+    def recording(self) -> Recording:
+        """The recording that the model predicts."""
+        return self.predict.recording
 
     def adding(self, *more: Hypothesis) -> Self:
         """This model with more effects, behind those that it has."""
@@ -56,7 +62,7 @@ class Parametrisation:
     @cached_property
     def priors(self) -> np.ndarray:
         """(c,) prior standard deviations of the varied constants; infinite: flat."""
-        sd = prior_deviations(self.predict.recording, self.settings)
+        sd = prior_deviations(self.recording, self.settings)
         return np.array([sd[name] for name in self.varied])
 
     @property
@@ -71,7 +77,7 @@ class Parametrisation:
     def friction(self, p: np.ndarray) -> float:
         """Friction coefficient of all holes that no effect singles out: the calibrated one, or that of an effect
         `cable_friction` on all cables."""
-        manipulator, scale = self.predict.recording.manipulator, float(np.exp(self.constants(p).log_friction))
+        manipulator, scale = self.recording.manipulator, float(np.exp(self.constants(p).log_friction))
         return friction_beside(manipulator, scale, zip(self.hypotheses, self.shares(p), strict=True))
 
     @cached_property
@@ -127,7 +133,7 @@ class Parametrisation:
     @cached_property
     def widest(self) -> Mapping[str, tuple[float, float]]:
         """Lowest and highest ln of the factor on each constant that is one, by name."""
-        return widest_factors(self.predict.recording.manipulator, self.settings)
+        return widest_factors(self.recording.manipulator, self.settings)
 
     @cached_property
     def deviations(self) -> np.ndarray:

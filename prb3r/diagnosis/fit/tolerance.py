@@ -174,7 +174,7 @@ def _markers(predict: Predictor, solved: Solution) -> Iterator[tuple[str, float,
     recording, states = predict.recording, solved.states
     step, disk, kind, _ = recording.readings
     sd = recording.tolerance.marker(recording.manipulator.segment)
-    if not (kind <= Kind.Y).any() or sd == 0:
+    if not recording.readings.is_position.any() or sd == 0:
         return
     points = np.nan_to_num(np.stack([states.x[step, disk], states.y[step, disk]], -1))
     angle = np.nan_to_num(states.angle[step, disk])
@@ -185,7 +185,7 @@ def _markers(predict: Predictor, solved: Solution) -> Iterator[tuple[str, float,
         behind = predict.seen(points - away, step, solved.constants, solved.effects)
         change = (ahead - behind) / (2 * PIXEL)
         seen = np.select([kind == Kind.X, kind == Kind.Y], [change[:, 0], change[:, 1]], 0.0)
-        for number in np.unique(disk[kind <= Kind.Y]).tolist():
+        for number in np.unique(disk[recording.readings.is_position]).tolist():
             yield f"marker {number} {way} its disk, m", sd, np.where(disk == number, seen, 0.0) * sd
 
 

@@ -8,7 +8,7 @@ from prb3r.recording.recording import Kind
 
 def _positions(scope: Scope) -> list[Place]:
     """The whole rig where positions were read, else no place."""
-    return whole_rig_if(bool((scope.recording.readings.kind <= Kind.Y).any()))
+    return whole_rig_if(bool(scope.recording.readings.is_position.any()))
 
 
 def _scale(scope: Scope, place: Place) -> tuple[Free, ...]:

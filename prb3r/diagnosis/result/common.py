@@ -224,7 +224,7 @@ def _shared(compared: Compared, together: Together, names: Sequence[str]) -> Sha
         ends = [told.u, told.u - reach, told.u + reach]
         if compared.free is None:
             rig = together.fitted.model.rigs[compared.rigs[0]]
-            nominal, bounds = rig.predict.recording.manipulator, rig.widest[compared.name]
+            nominal, bounds = rig.recording.manipulator, rig.widest[compared.name]
             value = nominal.youngs_modulus_pa if compared.name == "log_stiffness" else nominal.friction.coefficient
             values = [float(value * np.exp(end)) for end in np.clip(ends, *bounds)]
             open_ends = ends[1] <= bounds[0], ends[2] >= bounds[1]

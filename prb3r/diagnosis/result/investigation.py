@@ -79,7 +79,7 @@ class Investigation:
     def doubted_steps(self) -> list[int]:
         """Rows of the steps of `recording` with a weight that is not believed, among fitted and held-out sequences."""
         parts = [(self.training, self.doubts.weights)]
-        parts += [(self.fresh.predict.recording, self.fresh.doubted)] if self.fresh else []
+        parts += [(self.fresh.recording, self.fresh.doubted)] if self.fresh else []
         return [int(self.recording.rows_of(part)[weight.step]) for part, weights in parts for weight in weights]
 
     @property
@@ -87,7 +87,7 @@ class Investigation:
         """Rows of the held-out steps of `recording` that the chosen model does not predict."""
         if self.fresh is None:
             return []
-        return self.recording.rows_of(self.fresh.predict.recording)[self.fresh.missed_steps(self.explained)].tolist()
+        return self.recording.rows_of(self.fresh.recording)[self.fresh.missed_steps(self.explained)].tolist()
 
     @property
     def unmet(self) -> tuple[Scores, Fit]:

@@ -48,8 +48,8 @@ def mismatch_of(investigation: Investigation) -> Mismatch:
     plates = {law.plate for law in top if law.plate}
     for named in investigation.named:
         plates |= set(named.places["plate"][1]) if "plate" in named.places else set()
-    recording = fitted.model.predict.recording
-    sequences = loud_sequences(recording, fitted.residual[: recording.readings.count], settings.loud_sd)
+    recording = fitted.recording
+    sequences = loud_sequences(recording, fitted.misfit, settings.loud_sd)
     if not (strong or investigation.named or investigation.choice.structured):
         statement = nothing
     else:

@@ -56,7 +56,7 @@ def chosen_by(first: Fit, chosen: Fit, fresh: Unseen | None) -> list[str]:
         return []
     before, after = ({effect.name for effect in fitted.model.hypotheses} for fitted in (first, chosen))
     more, fewer = (", ".join(sorted(some)) for some in (after - before, before - after))
-    aside = ", ".join(fresh.predict.recording.sequences)
+    aside = ", ".join(fresh.recording.sequences)
     if not fewer:
         verb = "are" if len(after - before) > 1 else "is"
         decided = f"decided that {more} {verb} named, which what was fitted shows less surely"

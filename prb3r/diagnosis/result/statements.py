@@ -23,7 +23,7 @@ def sentence(fitted: Fit, number: int, estimates: Mapping[str, Estimate]) -> str
 
     It also tells what the effect makes together with the other effects of the model and of the manipulator file.
     """
-    hypothesis, nominal = fitted.model.hypotheses[number], fitted.model.predict.recording.manipulator
+    hypothesis, nominal = fitted.model.hypotheses[number], fitted.recording.manipulator
     suspect, total = SUSPECTS[hypothesis.kind], None
     if suspect.quantity:
         there = [*fitted.effects[:number], *fitted.effects[number + 1 :], *nominal.effect]

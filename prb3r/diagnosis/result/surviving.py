@@ -29,7 +29,7 @@ TRIED = (-2.0, -1.0, 1.0, 2.0)
 
 def posterior_of(choice: Choice) -> Posterior:
     """The posterior of the surviving models of a choice."""
-    recording = choice.fitted.model.predict.recording
+    recording = choice.fitted.recording
     models = [
         _model_posterior(survivor, choice.doubts, named=survivor.effects == choice.effects)
         for survivor in choice.survivors
@@ -47,7 +47,7 @@ def _free(name: str, nominal: float, ends: tuple[float, float]) -> Free:
 def _model_posterior(survivor: Survivor, doubts: Doubts, named: bool) -> ModelPosterior:
     """The posterior of one surviving model, the frame of the camera left out."""
     fitted = survivor.fitted
-    model, nominal = fitted.model, fitted.model.predict.recording.manipulator
+    model, nominal = fitted.model, fitted.recording.manipulator
     values = {"log_stiffness": nominal.youngs_modulus_pa, "log_friction": nominal.friction.coefficient}
     frees = {
         k: _free(FILE_NAMES[name], values[name], model.widest[name])
@@ -108,7 +108,7 @@ def _bent(posterior: ModelPosterior, number: int, fitted: Fit, kept: Sequence[in
     """How far chi-square of the recording is from that of the normal distribution of `posterior`, summed over moves of
     parameter `number`, which take the others along as the distribution has it."""
     covariance, model = np.array(posterior.covariance), fitted.model
-    nominal: Manipulator = model.predict.recording.manipulator
+    nominal: Manipulator = model.recording.manipulator
     known = np.linalg.pinv(covariance, hermitian=True)
     others = fitted.covariance[:, kept] @ known
     off = 0.0

@@ -57,7 +57,6 @@ def coarsened(choice: Choice, search: Search) -> Choice:
 def told_share(fitted: Fit) -> float:
     """How many independent readings one reading is worth beside the misfit that `fitted` leaves, at most one: the power
     to which the likelihood is raised."""
-    recording, most = fitted.model.predict.recording, fitted.model.settings.most_alike
-    left = fitted.residual[: recording.readings.count]
-    alike = np.clip([correlation(recording, left, line) for line in NEIGHBOURS_ALONG], 0.0, most)
+    recording, most = fitted.recording, fitted.model.settings.most_alike
+    alike = np.clip([correlation(recording, fitted.misfit, line) for line in NEIGHBOURS_ALONG], 0.0, most)
     return float(np.prod((1 - alike) / (1 + alike)) / max(fitted.reduced, 1.0))

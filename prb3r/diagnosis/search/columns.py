@@ -24,7 +24,7 @@ def linear_model(
     """
     model = fitted.model
     constants = len(model.varied)
-    rows = model.predict.recording.readings.count + constants
+    rows = model.recording.readings.count + constants
     basis = basis_of(fitted.jacobian[:rows, :constants])
 
     target = fitted.residual[:rows, None]
@@ -78,7 +78,7 @@ def _of_fitted(fitted: Fit, number: int) -> tuple[np.ndarray, np.ndarray]:
     hypothesis, share = model.hypotheses[number], fitted_share(fitted, number)
     first = len(model.varied) + sum(len(before.free) for before in model.hypotheses[:number])
     deviation = np.array([free.prior_sd for free in hypothesis.free])
-    count = model.predict.recording.readings.count
+    count = model.recording.readings.count
     tangent = -fitted.jacobian[:count, first : first + len(share)] * deviation
     if hypothesis.continuous:
         return tangent, share / deviation

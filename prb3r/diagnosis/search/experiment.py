@@ -98,7 +98,7 @@ def separation(fitted: Fit, other: Fit, steps: pd.DataFrame) -> float:
     The refit is linearised, and proposed readings are as noisy as the recorded ones were found to be.  0 where a model
     has no equilibrium at one of the proposed `steps`.
     """
-    predict = predictor(imagined(fitted.model.predict.recording, steps), fitted.model.settings)
+    predict = predictor(imagined(fitted.recording, steps), fitted.model.settings)
     here = predict.solve(fitted.constants, fitted.effects)
     noise = noise_of(predict.recording, tension_response(predict, here), level=fitted.model.noise.level)
     model = replace(other.model, predict=predict, noise=noise)
@@ -120,7 +120,7 @@ def best_experiments(fitted: Fit, others: Sequence[Fit]) -> list[Experiment]:
     the program that separates this rival best.
     """
     settings, trials = fitted.model.settings, []
-    for title, steps in programs(fitted.model.predict.recording, settings):
+    for title, steps in programs(fitted.recording, settings):
         apart = [separation(fitted, other, steps) for other in others]
         trials.append([Experiment(title, steps, distance, settings.resolved) for distance in apart])
     common = max(trials, key=lambda row: min(trial.separation for trial in row))

@@ -41,7 +41,7 @@ def at_small_loads(known: Fit, doubts: Doubts, share: float) -> Fit | None:
 
     None where there are fewer than `Settings.fewest_small_loads` readings a parameter, or where the fit fails.
     """
-    model, recording = known.model, known.model.predict.recording
+    model, recording = known.model, known.recording
     read = (load_share(recording.loads) <= share)[recording.readings.step]
     if read.sum() < model.settings.fewest_small_loads * model.count:
         return None

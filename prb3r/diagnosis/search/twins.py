@@ -89,7 +89,7 @@ def of_loops(fitted: Fit, library: Sequence[Hypothesis]) -> Iterator[Fit]:
 def of_stops(fitted: Fit, library: Sequence[Hypothesis]) -> Iterator[Fit]:
     """Twins with closing notches in the place of touching disks, or the other way round, that stop plates at the same
     bend and as stiffly."""
-    closing = closing_angles(fitted.solved.chain.arc, fitted.model.predict.recording.manipulator)
+    closing = closing_angles(fitted.solved.chain.arc, fitted.recording.manipulator)
     for k, effect in enumerate(fitted.effects):
         if not isinstance(effect, DiskContact | NotchClosing):
             continue

@@ -87,7 +87,7 @@ def law_fields(fitted: Fit) -> Iterator[tuple[str, np.ndarray]]:
 def _staying_field(fitted: Fit) -> np.ndarray:
     """(r, k) whitened change of the readings by each mode of moments that every plate has of its own and that go on as
     a random walk from step to step, of unit size at the last: as of a plate that takes a set, or of a crack."""
-    place = np.arange(1.0, fitted.model.predict.recording.loads.steps + 1)
+    place = np.arange(1.0, fitted.recording.loads.steps + 1)
     return modes_of_field(fitted, response_to_moments(fitted), np.minimum(place[:, None], place) / len(place))
 
 
@@ -110,7 +110,7 @@ def _with_field(
     """(sets,) ln evidence of every set of columns beside a field, for each of `Settings.moment_sizes`, relative to the
     empty set without a field; `white` (r, k) are the field's modes."""
     constants = len(fitted.model.varied)
-    rows = fitted.model.predict.recording.readings.count + constants
+    rows = fitted.recording.readings.count + constants
     axes, root = left_singular(projected_out(white, basis_of(fitted.jacobian[:rows, :constants])))
     for size in fitted.model.settings.moment_sizes:
         variance = (size * root) ** 2

@@ -25,7 +25,7 @@ def worth(choice: Choice, search: Search) -> float:
 
 def photographs_of(fitted: Fit) -> int:
     """Number of the steps that have readings in the recording of a fit."""
-    return len(np.unique(fitted.model.predict.recording.readings.step))
+    return len(np.unique(fitted.recording.readings.step))
 
 
 def worth_of(fitted: Fit, level: NoiseLevel, search: Search, photographs: int | None = None) -> float:

@@ -92,7 +92,7 @@ def plain_bic(task: MethodTask) -> Verdict:
 
     def names(best: Fit, calibrated: Fit) -> bool:
         """Whether the BIC with the effect is below that of calibration."""
-        count = calibrated.model.predict.recording.readings.count
+        count = calibrated.recording.readings.count
         return _misfit(calibrated) - _misfit(best) > (len(best.p) - len(calibrated.p)) * np.log(count)
 
     return _single(task, _exact_tensions(task.recording), names)
@@ -160,7 +160,7 @@ def _falls(linear: LinearModel, _present: frozenset[int]) -> np.ndarray:
 
 def _misfit(fitted: Fit) -> float:
     """Chi-square of the readings alone, without that of priors."""
-    residual = fitted.residual[: fitted.model.predict.recording.readings.count]
+    residual = fitted.misfit
     return float(residual @ residual)
 
 

@@ -75,7 +75,7 @@ class Trier:
         predicted : (c, k) predicted readings, m and rad; NaN without equilibrium.
         """
         recording, away = predict.recording, predict.misfit(predicted)
-        lost = np.where(recording.readings.kind <= Kind.Y, predict.chain.length, np.pi)
+        lost = np.where(recording.readings.is_position, predict.chain.length, np.pi)
         losses = np.log1p((np.where(np.isfinite(away), away, lost) / self.sd[rows]) ** 2)
         return [
             Standing(recording, *known, self.improbable(recording, known[0]))
