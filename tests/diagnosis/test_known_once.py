@@ -16,7 +16,7 @@ from prb3r.diagnosis.fit.tolerance import tolerances
 from prb3r.diagnosis.library import hypotheses
 from prb3r.diagnosis.library.joint import JointHypothesis, alone_on
 from prb3r.diagnosis.library.scope import Scope
-from prb3r.diagnosis.search.linear_selection import Column, LinearModel, excludes
+from prb3r.diagnosis.search.linear_selection import Column, LinearModel
 from prb3r.recording.recording import Tolerance
 
 
@@ -98,7 +98,7 @@ def test_hypotheses_exclude_each_other_in_the_linearised_model_as_they_say(libra
     columns = [Column(each, np.zeros((3, 1)), start, log_odds=0.0) for each in library for start in each.starts(0.3)]
     barred = LinearModel(columns, np.zeros(3)).barred
     said = [
-        [j == k or excludes(a.hypothesis, b.hypothesis) for k, b in enumerate(columns)] for j, a in enumerate(columns)
+        [j == k or a.hypothesis.excludes(b.hypothesis) for k, b in enumerate(columns)] for j, a in enumerate(columns)
     ]
     assert (barred == np.array(said)).all()
     assert 0 < barred.mean() < 0.5

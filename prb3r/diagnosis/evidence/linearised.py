@@ -6,7 +6,7 @@ structure of the chain is differentiated along a path of its own, and one withou
 rule of friction, a knee) is compared as a whole.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from functools import lru_cache
 
 import numpy as np
@@ -28,6 +28,12 @@ POINTS_KEPT = 4
 """Parameter points whose changes of readings are cached: in a small diagnosis with one effect 2 serve as well as 32."""
 Probe = tuple[Hypothesis, np.ndarray]
 """A hypothesis, and the values (k,) of its free parameters `u` around which it is tried."""
+
+
+def probes_of(fitted: Fit, hypotheses: Iterable[Hypothesis]) -> list[Probe]:
+    """Every hypothesis with each of its starts, for the friction coefficient of `fitted`."""
+    friction = fitted.model.friction(fitted.p)
+    return [(hypothesis, start) for hypothesis in hypotheses for start in hypothesis.starts(friction)]
 
 
 def moved_readings(fitted: Fit, probes: Sequence[Probe]) -> list[np.ndarray]:
@@ -83,8 +89,7 @@ def _sensible(moved: np.ndarray, hypothesis: Hypothesis) -> np.ndarray:
     """(r, k) changes by a hypothesis; 0 for a free parameter of which some change is no number or `BEYOND_SENSE`."""
     if not hypothesis.continuous:
         return moved
-    sizes = np.array([free.prior_sd for free in hypothesis.free])
-    return np.where(np.abs(moved).max(0, initial=0.0) * sizes < BEYOND_SENSE, moved, 0.0)
+    return np.where(np.abs(moved).max(0, initial=0.0) * hypothesis.deviations < BEYOND_SENSE, moved, 0.0)
 
 
 def _way(hypothesis: Hypothesis, start: np.ndarray, friction: float) -> np.ndarray | float:

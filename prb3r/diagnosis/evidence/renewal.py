@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from prb3r.diagnosis.evidence.linearised import moved_readings
+from prb3r.diagnosis.evidence.linearised import moved_readings, probes_of
 from prb3r.diagnosis.evidence.noise_level import Around, EstimatedLevel, noise_level
 from prb3r.diagnosis.evidence.outliers import Doubts
 from prb3r.diagnosis.evidence.repeatability import Uncertain, of_sequences, repeatability
@@ -35,11 +35,10 @@ def level_under(fitted: Fit, doubts: Doubts, library: Sequence[Hypothesis]) -> E
     predict, model = fitted.model.predict, fitted.model
     recording = predict.recording
     scatter = tension_response(predict, fitted.solved) * recording.measurement.tension_sd_relative
-    friction = model.friction(fitted.p)
     smooth = [hypothesis for hypothesis in library if hypothesis.continuous and hypothesis not in model.hypotheses]
-    probes = [(hypothesis, start) for hypothesis in smooth for start in hypothesis.starts(friction)]
+    probes = probes_of(fitted, smooth)
     moved = [
-        values * [free.prior_sd for free in hypothesis.free]
+        values * hypothesis.deviations
         for (hypothesis, _), values in zip(probes, moved_readings(fitted, probes), strict=True)
     ]
     possible = np.hstack([tolerances(predict, fitted.solved).moved, *moved])

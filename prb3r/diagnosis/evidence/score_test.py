@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from prb3r.diagnosis.chance import chi2_tail, normal_critical, normal_tail
-from prb3r.diagnosis.evidence.linearised import moved_readings
+from prb3r.diagnosis.evidence.linearised import moved_readings, probes_of
 from prb3r.diagnosis.fit.basis import all_at_once, left_singular, projected_out
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.library.hypothesis import Hypothesis
@@ -78,14 +78,10 @@ class Alternative:
 def alternatives(fitted: Fit, hypotheses: Sequence[Hypothesis]) -> list[Alternative]:
     """The alternative of every hypothesis at each of its probes, around `fitted`."""
     friction = fitted.model.friction(fitted.p)
-    probes = [(hypothesis, start) for hypothesis in hypotheses for start in hypothesis.starts(friction)]
+    probes = probes_of(fitted, hypotheses)
     felt = alternatives_of(fitted, [hypothesis for hypothesis, _ in probes], moved_readings(fitted, probes))
     return [
-        replace(
-            alternative,
-            start=start,
-            one_sided=hypothesis.sided(friction) or hypothesis.kinked or not hypothesis.continuous,
-        )
+        replace(alternative, start=start, one_sided=hypothesis.one_sided(friction))
         for (hypothesis, start), alternative in zip(probes, felt, strict=True)
     ]
 

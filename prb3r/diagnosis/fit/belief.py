@@ -1,4 +1,4 @@
-"""What other recordings say of the parameters of a model: a normal distribution, added to the least squares as rows."""
+"""What other recordings tell of a model's parameters: a normal distribution, added to the least squares as rows."""
 
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -6,22 +6,39 @@ from typing import NamedTuple
 import numpy as np
 
 NOTHING_TOLD = 1e-10
-"""Eigenvalue of the precision, as a share of the largest, up to which nothing counts as told along its direction."""
+"""Eigenvalue of a precision matrix, relative to the largest, at or below which nothing is known along its direction."""
+
+
+def marginal_precision(precision: np.ndarray, kept: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The Schur complement by which a normal distribution of all parameters is reduced to the kept ones.
+
+    Parameters
+    ----------
+    precision : (k, k) inverse covariance of all parameters.
+    kept : (k,) which parameters are kept.
+
+    Returns
+    -------
+    (m, m) the precision of the `m` kept parameters, and (m, k - m) a matrix `A`: with the vector `v` of all parameters
+    (precision times mean), that of the kept ones is ``v[kept] - A @ v[~kept]``.
+    """
+    others = np.linalg.pinv(precision[np.ix_(~kept, ~kept)], NOTHING_TOLD, hermitian=True)
+    across = precision[np.ix_(kept, ~kept)] @ others
+    return precision[np.ix_(kept, kept)] - across @ precision[np.ix_(~kept, kept)], across
 
 
 class Rows(NamedTuple):
     """Residuals target - root p of a model with the parameters p."""
 
     root: np.ndarray
-    """(k, p) derivatives of the residuals, with the other sign."""
+    """(k, p) derivatives of the residuals, with opposite sign."""
     target: np.ndarray
-    """(k,) residuals of parameters that are all 0."""
+    """(k,) residuals where all parameters are 0."""
 
 
 @dataclass(frozen=True, eq=False)
 class Belief:
-    """A normal distribution of k parameters, held as its precision, which is 0 along directions that nothing is known
-    of."""
+    """A normal distribution of k parameters by its precision, which is 0 along directions of which nothing is known."""
 
     names: tuple[object, ...]
     """(k,) keys of the parameters: any values that tell them apart, as of `Parametrisation.names`."""
@@ -31,15 +48,12 @@ class Belief:
     """(k,) precision times mean."""
 
     def of(self, names: tuple[object, ...]) -> "Belief":
-        """The marginal distribution of those parameters that are among `names`."""
+        """The marginal distribution of the parameters that are among `names`."""
         kept = np.array([name in names for name in self.names], bool)
-        precision, vector = self.precision[np.ix_(kept, kept)], self.vector[kept]
-        if not kept.all():
-            across = self.precision[np.ix_(kept, ~kept)] @ np.linalg.pinv(
-                self.precision[np.ix_(~kept, ~kept)], NOTHING_TOLD, hermitian=True
-            )
-            precision = precision - across @ self.precision[np.ix_(~kept, kept)]
-            vector = vector - across @ self.vector[~kept]
+        if kept.all():
+            return self
+        precision, across = marginal_precision(self.precision, kept)
+        vector = self.vector[kept] - across @ self.vector[~kept]
         return Belief(tuple(name for name, keep in zip(self.names, kept, strict=True) if keep), precision, vector)
 
     def rows(self, names: tuple[object, ...]) -> Rows:

@@ -8,13 +8,13 @@ residuals are the misfits of all rigs, one below the other, then one row for the
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import pairwise
 
 import numpy as np
 
-from prb3r.diagnosis.fit.belief import NOTHING_TOLD, Belief
+from prb3r.diagnosis.fit.belief import Belief, marginal_precision
 from prb3r.diagnosis.fit.model import Fit, Model, idle_effects, normal_matrix
 from prb3r.diagnosis.fit.prediction import Solution
+from prb3r.diagnosis.fit.spans import spans_of
 from prb3r.diagnosis.library.joint import JointHypothesis
 from prb3r.diagnosis.settings import Settings
 
@@ -68,8 +68,7 @@ class JointModel:
     @cached_property
     def spans(self) -> tuple[slice, ...]:
         """Where the parameters of each joint hypothesis stand among all (P,), in the order of `hypotheses`."""
-        ends = len(self.varied) + np.cumsum([0, *(len(hypothesis.free) for hypothesis in self.hypotheses)])
-        return tuple(slice(a, b) for a, b in pairwise(ends.tolist()))
+        return spans_of((len(hypothesis.free) for hypothesis in self.hypotheses), len(self.varied))
 
     @cached_property
     def maps(self) -> tuple[np.ndarray, ...]:
@@ -197,8 +196,7 @@ class JointFit:
     @cached_property
     def rows(self) -> tuple[slice, ...]:
         """Where the readings of each recording stand among the residuals."""
-        ends = np.cumsum([0, *(rig.recording.readings.count for rig in self.model.rigs)])
-        return tuple(slice(a, b) for a, b in pairwise(ends.tolist()))
+        return spans_of(rig.recording.readings.count for rig in self.model.rigs)
 
     def part(self, rig: int) -> Fit:
         """The model of one recording at the joint minimum, as if nothing were known from the other recordings."""
@@ -234,10 +232,8 @@ class JointFit:
         if not kept.any():
             return None
         normal, along = others.T @ others, -others.T @ left
-        across = normal[np.ix_(kept, ~kept)] @ np.linalg.pinv(
-            normal[np.ix_(~kept, ~kept)], NOTHING_TOLD, hermitian=True
-        )
-        precision = normal[np.ix_(kept, kept)] - across @ normal[np.ix_(~kept, kept)] + np.diag(narrower[kept])
+        precision, across = marginal_precision(normal, kept)
+        precision = precision + np.diag(narrower[kept])
         along -= narrower * self.p  # of a prior around zero
         vector = precision @ self.p[kept] + along[kept] - across @ along[~kept]
         said = [names[int(np.flatnonzero(whole[:, k])[0])] for k in np.flatnonzero(kept)]

@@ -6,7 +6,6 @@ The parameters are the varied constants, then the free parameters `u` of every e
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from itertools import pairwise
 from typing import Self
 
 import numpy as np
@@ -21,6 +20,7 @@ from prb3r.diagnosis.fit.constants import (
 )
 from prb3r.diagnosis.fit.covariance import Noise
 from prb3r.diagnosis.fit.prediction import Predictor
+from prb3r.diagnosis.fit.spans import spans_of
 from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.diagnosis.settings import Settings
 from prb3r.model.effects.base import Effect
@@ -83,8 +83,7 @@ class Parametrisation:
     @cached_property
     def spans(self) -> tuple[slice, ...]:
         """Where the parameters of each effect stand among all (p,), in the order of `hypotheses`."""
-        ends = len(self.varied) + np.cumsum([0, *(len(hypothesis.free) for hypothesis in self.hypotheses)])
-        return tuple(slice(a, b) for a, b in pairwise(ends.tolist()))
+        return spans_of((len(hypothesis.free) for hypothesis in self.hypotheses), len(self.varied))
 
     def shares(self, p: np.ndarray) -> list[np.ndarray]:
         """The part of `p` that belongs to each hypothesis."""

@@ -127,6 +127,20 @@ class Hypothesis:
         coefficient."""
         return any(free.sided(friction) for free in self.free)
 
+    def one_sided(self, friction: float = 0.0) -> bool:
+        """Whether only positive multiples of the effect's linearised change of the readings make sense.
+
+        That is so if a parameter can leave its null in one direction only, if the two signs act differently (`kinked`,
+        each sign being tested by itself), and for an effect that is there as a whole or not at all.  `friction` is the
+        calibrated coefficient.
+        """
+        return self.sided(friction) or self.kinked or not self.continuous
+
+    @property
+    def deviations(self) -> np.ndarray:
+        """(k,) prior standard deviations of the free parameters, in their own scale `u`."""
+        return np.array([free.prior_sd for free in self.free])
+
     @property
     def once(self) -> bool:
         """Whether a rig has at most one effect of this kind."""

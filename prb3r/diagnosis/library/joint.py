@@ -105,6 +105,15 @@ class JointHypothesis:
         of all rigs."""
         return any(part.sided(friction) for part, friction in zip(self.parts, frictions, strict=True) if part)
 
+    def one_sided(self, frictions: Sequence[float]) -> bool:
+        """Whether only positive multiples of the effect's change of the readings make sense, as for a `Hypothesis`."""
+        return self.sided(frictions) or self.kinked or not self.continuous
+
+    @property
+    def deviations(self) -> np.ndarray:
+        """(k,) prior standard deviations of the free parameters, in the order of `slots` and in their own scale `u`."""
+        return np.array([free.prior_sd for free in self.free])
+
     @property
     def costly(self) -> bool:
         """Whether predictions with the effect are slow on some rig (`Hypothesis.costly`)."""

@@ -6,12 +6,12 @@ left out, as it belongs to the set-up; for a normal distribution this leaves the
 
 from collections.abc import Mapping, Sequence
 from functools import cached_property
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 
 from prb3r.diagnosis.fit.constants import Constants, friction_beside
+from prb3r.diagnosis.fit.spans import spans_of
 from prb3r.diagnosis.library.hypothesis import Free, Hypothesis
 from prb3r.diagnosis.result.as_made import PartsPosterior
 from prb3r.diagnosis.result.largest_bending import Bending
@@ -121,8 +121,8 @@ class ModelPosterior(Strict):
     def _shares(self, u: np.ndarray) -> list[tuple[Hypothesis, np.ndarray]]:
         """Every hypothesis with its part of the parameters `u` (f,), which stand behind those of the constants."""
         first = len(self.free) - sum(len(hypothesis.free) for hypothesis in self.hypotheses)
-        ends = first + np.cumsum([0, *(len(hypothesis.free) for hypothesis in self.hypotheses)])
-        return list(zip(self.hypotheses, (u[a:b] for a, b in pairwise(ends)), strict=True))
+        spans = spans_of((len(hypothesis.free) for hypothesis in self.hypotheses), first)
+        return [(hypothesis, u[span]) for hypothesis, span in zip(self.hypotheses, spans, strict=True)]
 
     def at(self, u: np.ndarray, nominal: Manipulator) -> Drawn:
         """Constants and effects for the parameters `u` (f,), each cut off at its bounds, and the parts of the recorded

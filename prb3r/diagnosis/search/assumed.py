@@ -15,7 +15,6 @@ from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.fit.prediction import Predictor
 from prb3r.diagnosis.library import SUSPECTS
 from prb3r.diagnosis.library.hypothesis import Hypothesis
-from prb3r.diagnosis.search.linear_selection import excludes
 from prb3r.mechanics.equilibrium import Equilibria
 from prb3r.model.effects.base import Effect
 from prb3r.model.effects.friction import CableFriction
@@ -49,7 +48,7 @@ def assumed_of(known: Manipulator, nominal: Manipulator, library: Sequence[Hypot
         effect, share = _referred(effect, library)
         factor *= share
         hypothesis = hypothesis_at(effect, library)
-        rival = next((other for other in values if hypothesis and excludes(hypothesis, other)), None)
+        rival = next((other for other in values if hypothesis and hypothesis.excludes(other)), None)
         if hypothesis is None:
             unknown.append(f"{_named(effect)}: {_why_unknown(effect, nominal)}")
         elif rival:

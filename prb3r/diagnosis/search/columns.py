@@ -4,15 +4,15 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from prb3r.diagnosis.evidence.linearised import moved_readings
+from prb3r.diagnosis.evidence.linearised import moved_readings, probes_of
 from prb3r.diagnosis.fit.basis import all_at_once, basis_of, projected_out
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.diagnosis.search.linear_selection import Column, LinearModel
 
 STEEPEST = 1e8
-"""Largest change of a whitened reading by one prior standard deviation; a larger derivative is not believed.  An arm of
-a metre that is read to 10 nm does not move by more, but derivatives grow without bound where a branch ends."""
+"""Largest credible change of a whitened reading by one prior standard deviation of a parameter.  An arm of a metre that
+is read to 10 nm does not move by more, but derivatives grow without bound where a branch of equilibria ends."""
 
 
 def linear_model(
@@ -20,7 +20,7 @@ def linear_model(
 ) -> tuple[LinearModel, frozenset[int]]:
     """The linearised model around `fitted`, and the numbers of the columns of its own effects, which come first.
 
-    Hypotheses that move no reading, or beyond belief (`STEEPEST`), get no column.
+    Hypotheses that move no reading, or some reading by more than `STEEPEST`, get no column.
     """
     model = fitted.model
     constants = len(model.varied)
@@ -29,32 +29,29 @@ def linear_model(
 
     target = fitted.residual[:rows, None]
     columns = []
-    for number, hypothesis in enumerate(model.hypotheses):
+    for number, (hypothesis, span) in enumerate(zip(model.hypotheses, model.spans, strict=True)):
         moved, at = _of_fitted(fitted, number)
         moved = no_steeper(moved)
-        columns.append(
-            Column(hypothesis, projected_out(moved, basis), fitted_share(fitted, number), 0, log_odds[hypothesis])
-        )
+        columns.append(Column(hypothesis, projected_out(moved, basis), fitted.p[span], 0, log_odds[hypothesis]))
         target = target + np.vstack([moved, np.zeros((constants, moved.shape[1]))]) @ at[:, None]
     friction = model.friction(fitted.p)
-    others = [hypothesis for hypothesis in library if hypothesis not in model.hypotheses]
-    probes = [(hypothesis, start) for hypothesis in others for start in hypothesis.starts(friction)]
+    probes = probes_of(fitted, [hypothesis for hypothesis in library if hypothesis not in model.hypotheses])
     changes = [
-        change * ([free.prior_sd for free in hypothesis.free] if hypothesis.continuous else 1.0)
+        change * (hypothesis.deviations if hypothesis.continuous else 1.0)
         for (hypothesis, _), change in zip(probes, moved_readings(fitted, probes), strict=True)
     ]
     white = all_at_once(lambda whole: projected_out(model.noise.whiten(whole), basis), changes)
     for (hypothesis, start), values in zip(probes, white, strict=True):
         if not felt_within_bounds(values):
             continue
-        one_sided = hypothesis.sided(friction) or hypothesis.kinked or not hypothesis.continuous
-        columns.append(Column(hypothesis, values, start, int(one_sided), log_odds[hypothesis]))
+        sign = int(hypothesis.one_sided(friction))
+        columns.append(Column(hypothesis, values, start, sign, log_odds[hypothesis]))
     target = target - basis @ (basis.T @ target)
     return LinearModel(columns, target[:, 0]), frozenset(range(len(model.hypotheses)))
 
 
 def no_steeper(moved: np.ndarray) -> np.ndarray:
-    """(r, k) whitened changes, shrunk all alike so that none is above `STEEPEST`."""
+    """(r, k) whitened changes, all scaled by one factor if need be, so that none exceeds `STEEPEST`."""
     return moved * min(1.0, STEEPEST / max(np.abs(moved).max(initial=0.0), 1.0))
 
 
@@ -63,29 +60,21 @@ def felt_within_bounds(moved: np.ndarray) -> bool:
     return bool(np.abs(moved).max(initial=0.0) <= STEEPEST and moved.any())
 
 
-def fitted_share(fitted: Fit, number: int) -> np.ndarray:
-    """(k,) free parameters of the fitted effect `number`, in their own scale."""
-    return fitted.model.shares(fitted.p)[number]
-
-
 def _of_fitted(fitted: Fit, number: int) -> tuple[np.ndarray, np.ndarray]:
     """Columns of the fitted effect `number`, (r, k) whitened, and the coefficients (k,) that they have in the fit.
 
-    The columns of an effect that comes by degrees are its derivatives per prior standard deviation.  Any other has the
-    change by the whole effect as its first column, with coefficient 1, and its derivatives behind, with coefficient 0.
+    The columns of an effect that vanishes continuously are its derivatives per prior standard deviation.  The first
+    column of any other is the change by the whole effect, with the coefficient 1; its derivatives follow, with 0.
     """
     model = fitted.model
-    hypothesis, share = model.hypotheses[number], fitted_share(fitted, number)
-    first = len(model.varied) + sum(len(before.free) for before in model.hypotheses[:number])
-    deviation = np.array([free.prior_sd for free in hypothesis.free])
-    count = model.recording.readings.count
-    tangent = -fitted.jacobian[:count, first : first + len(share)] * deviation
+    hypothesis, span = model.hypotheses[number], model.spans[number]
+    tangent = -fitted.jacobian[: len(fitted.misfit), span] * hypothesis.deviations
     if hypothesis.continuous:
-        return tangent, share / deviation
+        return tangent, fitted.p[span] / hypothesis.deviations
     less = model.without(number)
     without = less.predict.solve(fitted.constants, less.effects(model.without_share(fitted.p, number)))
     whole = model.noise.whiten(model.readings(fitted.solved) - less.readings(without))
-    return np.hstack([whole[:, None], tangent]), np.concatenate([[1.0], np.zeros(len(share))])
+    return np.hstack([whole[:, None], tangent]), np.concatenate([[1.0], np.zeros(len(hypothesis.free))])
 
 
 def beginning(fitted: Fit, linear: LinearModel, chosen: Sequence[int]) -> tuple[tuple[Hypothesis, ...], np.ndarray]:
@@ -105,10 +94,10 @@ def beginning(fitted: Fit, linear: LinearModel, chosen: Sequence[int]) -> tuple[
 def first_size(hypothesis: Hypothesis, start: np.ndarray, coefficient: np.ndarray, friction: float) -> np.ndarray:
     """(k,) free parameters from which a full fit of a new effect begins.
 
-    They are those of the linearised model, at most half of the way to their bounds, or `start` where that is larger.
+    They are those of the linearised model, limited to half of the distance to their bounds, or those of `start` where
+    these are larger.
     """
     low, high = np.array([free.bounds(friction) for free in hypothesis.free]).T
     way = np.sign(start) if hypothesis.kinked else np.where(start < high, 1.0, -1.0)
-    deviation = np.array([free.prior_sd for free in hypothesis.free])
-    size = np.clip(coefficient * deviation * way, low / 2, high / 2)
+    size = np.clip(coefficient * hypothesis.deviations * way, low / 2, high / 2)
     return np.where(np.abs(size) > np.abs(start), size, start)

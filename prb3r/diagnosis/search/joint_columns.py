@@ -37,8 +37,8 @@ def joint_linear_model(
         values = projected_out(moved, basis)
         if not felt_within_bounds(values):
             continue
-        one_sided = hypothesis.sided(frictions) or hypothesis.kinked or not hypothesis.continuous
-        columns.append(_column(hypothesis, values, start, int(one_sided), log_odds[hypothesis]))
+        sign = int(hypothesis.one_sided(frictions))
+        columns.append(_column(hypothesis, values, start, sign, log_odds[hypothesis]))
     target -= basis @ (basis.T @ target)
     return LinearModel(columns, target), frozenset(range(len(model.hypotheses)))
 
@@ -51,11 +51,6 @@ def frictions_of(fitted: JointFit) -> list[float]:
     """Fitted friction coefficient of every rig, in their order."""
     pairs = zip(fitted.model.members, fitted.model.maps, strict=True)
     return [member.friction(whole @ fitted.p) for member, whole in pairs]
-
-
-def deviations_of(hypothesis: JointHypothesis) -> np.ndarray:
-    """(k,) prior standard deviations of the free parameters of a hypothesis, in their own scale."""
-    return np.array([free.prior_sd for free in hypothesis.free])
 
 
 def moved_together(fitted: JointFit, probes: Sequence[JointProbe]) -> list[np.ndarray]:
@@ -80,7 +75,7 @@ def moved_together(fitted: JointFit, probes: Sequence[JointProbe]) -> list[np.nd
             hypothesis = probes[n][0]
             if hypothesis.continuous:
                 places = [0] if hypothesis.kinked else hypothesis.places(rig)
-                out[n][rows, places] += whiten(moved * [free.prior_sd for free in part.free])
+                out[n][rows, places] += whiten(moved * part.deviations)
             else:
                 out[n][rows] = whiten(moved)
     return out
@@ -103,10 +98,10 @@ def _moved_once(fitted: Fit, probes: Sequence[Probe]) -> list[np.ndarray]:
 def _of_fitted(fitted: JointFit, number: int) -> tuple[np.ndarray, np.ndarray]:
     """Columns (R, k) of the fitted effect `number` and their coefficients (k,) in the fit, as in :mod:`columns`."""
     hypothesis, span = fitted.model.hypotheses[number], fitted.model.spans[number]
-    count, deviation = fitted.rows[-1].stop, deviations_of(fitted.model.hypotheses[number])
-    tangent = -fitted.jacobian[:count, span] * deviation
+    count, deviations = fitted.rows[-1].stop, hypothesis.deviations
+    tangent = -fitted.jacobian[:count, span] * deviations
     if hypothesis.continuous:
-        return tangent, fitted.p[span] / deviation
+        return tangent, fitted.p[span] / deviations
     whole = np.zeros((count, 1))
     for rig in hypothesis.rigs:
         part, rows = fitted.part(rig), fitted.rows[rig]
@@ -114,7 +109,7 @@ def _of_fitted(fitted: JointFit, number: int) -> tuple[np.ndarray, np.ndarray]:
         less = part.model.without(place)
         without = less.solve(part.model.without_share(part.p, place))
         whole[rows, 0] = part.model.noise.whiten(part.model.readings(part.solved) - less.readings(without))
-    return np.hstack([whole, tangent]), np.concatenate([[1.0], np.zeros(len(deviation))])
+    return np.hstack([whole, tangent]), np.concatenate([[1.0], np.zeros(len(deviations))])
 
 
 def joint_beginning(

@@ -14,11 +14,12 @@ and from the empty one, by adding, leaving out and exchanging columns.
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import combinations, pairwise, permutations
+from itertools import combinations, permutations
 from typing import NamedTuple
 
 import numpy as np
 
+from prb3r.diagnosis.fit.spans import spans_of
 from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.diagnosis.settings import Settings
 
@@ -55,10 +56,9 @@ class LinearModel:
     """(r + c,) whitened residuals without any effect, freed of the constants."""
 
     @cached_property
-    def spans(self) -> list[slice]:
+    def spans(self) -> tuple[slice, ...]:
         """Where the coefficients of every column stand among all K, in the order of `columns`."""
-        ends = np.cumsum([0, *(column.moved.shape[1] for column in self.columns)])
-        return [slice(a, b) for a, b in pairwise(ends)]
+        return spans_of(column.moved.shape[1] for column in self.columns)
 
     @cached_property
     def whole(self) -> np.ndarray:
@@ -84,8 +84,7 @@ class LinearModel:
         """Most probable coefficients of each chosen column, in units of their prior standard deviations, in the order
         of `chosen`."""
         best = self._most_probable(self.rows(chosen)[None])[0][0]
-        ends = np.cumsum([0, *(self.columns[k].moved.shape[1] for k in chosen)])
-        return [best[a:b] for a, b in pairwise(ends)]
+        return [best[span] for span in spans_of(self.columns[k].moved.shape[1] for k in chosen)]
 
     def evidence(self, chosen: frozenset[int]) -> float:
         """ln Z of a set relative to the empty set; minus infinity where a first coefficient has the wrong sign."""
@@ -204,12 +203,12 @@ class LinearModel:
         for place, numbers in enumerate(of_rigs.values()):
             group[numbers] = place
         firsts = [hypotheses[numbers[0]] for numbers in of_rigs.values()]  # kinds, and of joint ones their rigs, decide
-        apart = [[one.kind != other.kind and excludes(one, other) for other in firsts] for one in firsts]
+        apart = [[one.kind != other.kind and one.excludes(other) for other in firsts] for one in firsts]
         out = np.array(apart, bool).reshape(len(firsts), len(firsts))[group[:, None], group]
         np.fill_diagonal(out, True)
         for numbers in of_kind.values():
             for j, k in permutations(numbers, 2):
-                out[j, k] = excludes(hypotheses[j], hypotheses[k])
+                out[j, k] = hypotheses[j].excludes(hypotheses[k])
         return out
 
 
@@ -236,11 +235,6 @@ def _spectrum(normal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         return np.maximum(normal[..., 0], 1.0), np.ones_like(normal)
     precision, axes = np.linalg.eigh(normal)
     return np.maximum(precision, 1.0), axes
-
-
-def excludes(first: Hypothesis, second: Hypothesis) -> bool:
-    """Whether a model cannot have both hypotheses (`Hypothesis.excludes`)."""
-    return first.excludes(second)
 
 
 def best_sets(model: LinearModel, starts: Sequence[frozenset[int]], settings: Settings, most: int) -> list[Proposal]:

@@ -19,7 +19,6 @@ from prb3r.diagnosis.library import SUSPECTS
 from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.diagnosis.search.columns import linear_model
 from prb3r.diagnosis.search.exchange import without_effect
-from prb3r.diagnosis.search.linear_selection import excludes
 from prb3r.diagnosis.search.search import Search
 from prb3r.diagnosis.search.small_loads import at_small_loads
 from prb3r.diagnosis.settings import Settings
@@ -86,7 +85,7 @@ def common_of_whole_rig(library: Sequence[Hypothesis], settings: Settings) -> tu
     chosen = dict[str, Hypothesis]()
     for hypothesis in sorted(library, key=lambda suspected: -len(suspected.free)):
         whole = hypothesis.free and not hypothesis.costly and {name for name, _ in hypothesis.place} <= FORMS
-        alone = hypothesis.kind not in chosen and not any(excludes(hypothesis, other) for other in chosen.values())
+        alone = hypothesis.kind not in chosen and not any(hypothesis.excludes(other) for other in chosen.values())
         if whole and alone and SUSPECTS[hypothesis.kind].presence(settings) >= settings.common_presence:
             chosen[hypothesis.kind] = hypothesis
     return tuple(chosen.values())
