@@ -3,11 +3,11 @@
 from collections.abc import Sequence
 from dataclasses import replace
 
-from prb3r.diagnosis.checks.heldout import JudgedSequence, Unseen, unseen
 from prb3r.diagnosis.checks.predicting import predicting
 from prb3r.diagnosis.checks.residuals import ModelCheck, model_checks
 from prb3r.diagnosis.checks.setup.find import Blunder
 from prb3r.diagnosis.checks.tolerated import tolerances_told
+from prb3r.diagnosis.checks.unseen import JudgedSequence, Unseen, unseen
 from prb3r.diagnosis.checks.verdict import empirical_law, verdict_on, why_doubtful, why_unexplained
 from prb3r.diagnosis.evidence.stated_accuracy import share_of_stated
 from prb3r.diagnosis.fit.calibrate import as_drawn, constants_as_drawn
@@ -60,7 +60,7 @@ def check(searched: Searched, blunder: Blunder | None = None) -> Investigation:
     fresh, before = _set_aside(doubted, choice), choice.fitted
     models = [(survivor.probability, survivor.fitted) for survivor in choice.survivors]
     choice = predicting(choice, fresh, doubted.search)
-    judged = fresh.judged_by(choice.fitted, models) if fresh else ()
+    judged = fresh.by_sequence_averaged(choice.fitted, models) if fresh else ()
     failed = [sequence for sequence in judged if fresh and sequence.p < fresh.rate]
     wrong = (*choice.doubts.weights, *(fresh.doubted if fresh else ()))
     checks, cables = model_checks(choice, judged), training.manipulator.cable_names
@@ -95,7 +95,7 @@ def check(searched: Searched, blunder: Blunder | None = None) -> Investigation:
         checks=checks,
         closure=law,
         closure_gain=gain,
-        heldout=fresh.judge(refitted, told) if fresh else None,
+        heldout=fresh.errors(refitted, told) if fresh else None,
         experiments=separations(choice, named) if verdict == "ambiguous" else (),
         failed=tuple(sequence.name for sequence in failed),
         rival_blunder=blunder,

@@ -13,7 +13,7 @@ from scipy.stats import chi2
 from prb3r.diagnosis import investigate as around
 from prb3r.diagnosis import stages
 from prb3r.diagnosis.check import check
-from prb3r.diagnosis.checks.heldout import JudgedSequence, Unseen, chance_of_size, unseen
+from prb3r.diagnosis.checks.unseen import JudgedSequence, Unseen, chance_of_size, unseen
 from prb3r.diagnosis.evidence.outliers import Doubts
 from prb3r.diagnosis.evidence.renewal import renewed
 from prb3r.diagnosis.fit.calibrate import OutOfBalance, fit_constants
@@ -70,9 +70,9 @@ def clean() -> tuple[Recording, Fit]:
 def test_a_slip_of_the_eye_refutes_nothing_and_counts_for_no_error(clean, off):
     recording, fitted = clean
     spoilt = aside(with_changed(recording, 1, [3], off))
-    (sequence,) = spoilt.judged(fitted)
+    (sequence,) = spoilt.by_sequence(fitted)
     assert sequence.p > RATE
-    error = [one.judge(fitted, fitted).rmse_explained_m for one in (spoilt, aside(recording))]
+    error = [one.errors(fitted, fitted).rmse_explained_m for one in (spoilt, aside(recording))]
     assert error[0] == pytest.approx(error[1], rel=0.05)
 
 
@@ -80,7 +80,7 @@ def test_two_readings_in_the_tails_refute_nothing(clean):
     """Side by side they are no slips; by Gauss's law they would refute."""
     recording, fitted = clean
     spoilt = aside(with_changed(recording, 1, [3, 4], 5.5))
-    (sequence,), count = spoilt.judged(fitted), spoilt.predict.recording.readings.count
+    (sequence,), count = spoilt.by_sequence(fitted), spoilt.predict.recording.readings.count
     assert chi2.sf(count * sequence.error_sd**2, count) < RATE
     assert sequence.p > RATE
 
@@ -111,7 +111,7 @@ def test_where_the_noise_is_known_and_gaussian_the_chance_is_that_of_chi_square(
 def test_physics_that_is_missing_refutes():
     """A plate that is 30 % too soft moves all disks beyond it."""
     recording = recorded(Case(hidden=(tuple(WEAK.items()),)))
-    (sequence,) = aside(recording).judged(fitted_to_the_others(recording))
+    (sequence,) = aside(recording).by_sequence(fitted_to_the_others(recording))
     assert sequence.p < RATE / 1000
 
 
@@ -123,11 +123,11 @@ def test_what_one_of_the_surviving_models_predicts_is_not_refuted():
     (weak,) = [one for one in library if one.kind == "weakened_plate" and dict(one.place)["plate"] == 4]
     good = fit(poor.model.adding(weak), np.append(poor.p, 0.0))
     alone = aside(recording)
-    (right,), (wrong,) = alone.judged(good), alone.judged(poor)
+    (right,), (wrong,) = alone.by_sequence(good), alone.by_sequence(poor)
     assert right.p > 0.01
-    (both,) = alone.judged_by(poor, [(0.6, poor), (0.3, good)])
+    (both,) = alone.by_sequence_averaged(poor, [(0.6, poor), (0.3, good)])
     assert both.p == pytest.approx((0.6 * wrong.p + 0.3 * right.p) / 0.9)
-    (named,) = alone.judged_by(good, [(0.6, poor), (0.3, good)])
+    (named,) = alone.by_sequence_averaged(good, [(0.6, poor), (0.3, good)])
     assert named == right
 
 
@@ -140,14 +140,14 @@ def test_parts_that_the_other_sequences_tell_are_expected_of_the_one_set_aside()
     for seed in range(3):
         recording = replace(recorded(Case(hidden=hidden, seed=seed)), tolerance=tolerance)
         rough, fresh = fitted_to_the_others(recording), aside(recording)
-        fitted = renewed(rough, fresh.known)
-        foreseen, drawn = fresh.foresee(fitted), fresh.noise(fitted)
+        fitted = renewed(rough, fresh.doubts)
+        foreseen, drawn = fresh.prediction(fitted), fresh.noise(fitted)
         as_drawn, as_made = (
             fresh.predict.misfit(readings) for readings in (fresh.solved(fitted).readings, foreseen.readings)
         )
         nearer.append(np.sum(drawn.whiten(as_made) ** 2) / np.sum(drawn.whiten(as_drawn) ** 2))
         narrower.append(np.sum(foreseen.noise.whiten(as_drawn) ** 2) / np.sum(drawn.whiten(as_drawn) ** 2))
-        (sequence,) = fresh.judged(fitted)
+        (sequence,) = fresh.by_sequence(fitted)
         assert sequence.p > RATE
     assert np.mean(nearer) < 0.99
     assert np.mean(narrower) > 1.05
@@ -163,13 +163,13 @@ def test_it_is_said_where_parts_off_their_drawing_make_the_error_on_what_was_set
     said = []
     for recording in (right, drawn):
         rough, fresh = fitted_to_the_others(recording), aside(recording)
-        said.append(off_as_drawn(fresh, renewed(rough, fresh.known)))
+        said.append(off_as_drawn(fresh, renewed(rough, fresh.doubts)))
     assert said[0] == []
     (sentence,) = said[1]
     assert re.search(r"no part does more of that than .*length_m: measure it$", sentence)
     made, as_drawn = (float(number) for number in re.findall(r"to ([0-9.]+) mm", sentence))
     assert as_drawn > 1.4 * made
-    assert off_as_drawn(None, renewed(rough, fresh.known)) == []
+    assert off_as_drawn(None, renewed(rough, fresh.doubts)) == []
 
 
 def misread(recording: Recording, fitted: Fit, step: int, tip: float) -> Recording:
@@ -192,7 +192,7 @@ def test_a_weight_is_not_believed_where_another_one_explains_all(clean, factor):
     noted = aside(replace(recording, loads=recording.loads._replace(tension=tension)))
     (weight,) = noted.doubting(fitted).doubted
     assert (weight.step, weight.cable) == (2, cable)
-    (sequence,) = noted.doubting(fitted).judged(fitted)
+    (sequence,) = noted.doubting(fitted).by_sequence(fitted)
     assert sequence.p > RATE
 
 
@@ -201,7 +201,7 @@ def test_a_right_weight_is_not_blamed_for_what_no_other_one_explains(clean):
     recording, fitted = clean
     assert not aside(recording).doubting(fitted).doubted
     pulled = aside(misread(recording, fitted, 2, 4.0))
-    (sequence,) = pulled.judged(fitted)
+    (sequence,) = pulled.by_sequence(fitted)
     assert sequence.p < RATE
     assert pulled.doubting(fitted) is pulled
 
@@ -261,7 +261,7 @@ def test_an_effect_of_the_most_probable_model_is_named_where_fitted_and_held_out
     assert "decided that weakened_plate (plate 4) is named" in said
     assert said.endswith("it confirms nothing")
     missed = Mock(return_value=(JudgedSequence("twist", 0.04, 1.2, False),))
-    monkeypatch.setattr(Unseen, "judged", missed)  # not refuted, but no model predicts what was set aside well
+    monkeypatch.setattr(Unseen, "by_sequence", missed)  # not refuted, but no model predicts what was set aside well
     assert not check(simple).named
     monkeypatch.undo()
     monkeypatch.setattr(Unseen, "log_score", lambda *_: -0.5)  # nothing of what was set aside speaks for the plate

@@ -1,22 +1,22 @@
-"""What sequences set aside say of the models that survive a search."""
+"""The choice among surviving models by how well they predict the sequences set aside."""
 
 from dataclasses import replace
 
 import numpy as np
 
-from prb3r.diagnosis.checks.heldout import Unseen
+from prb3r.diagnosis.checks.unseen import Unseen
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.search.search import Search, examine
 from prb3r.diagnosis.search.selection import Choice
 
 
 def predicting(choice: Choice, fresh: Unseen | None, search: Search) -> Choice:
-    """The choice, or the surviving model that the sequences set aside speak for.
+    """The choice, changed to another surviving model where the sequences set aside favour that one.
 
-    Where the chosen model does not predict them, that is the most probable one that does.  It has at most as many
-    effects, as one more has to be named by the evidence of the fitted sequences.  Where the chosen model is but a part
-    of the most probable one, it is the smallest such part that is not much less probable by all sequences together, in
-    which every effect is named by the evidence of both.  Where there is none, the choice stays.
+    If the chosen model does not predict them, the most probable model that does takes its place.  That one may have no
+    more effects than the chosen model: further effects have to be named by the evidence of the fitted sequences alone.
+    Otherwise, if the chosen model is a proper part of the most probable one, its place is taken by the smallest part
+    that contains it and is not much less probable by fitted and held-out sequences together.
     """
     if fresh is None:
         return choice
@@ -31,11 +31,11 @@ def predicting(choice: Choice, fresh: Unseen | None, search: Search) -> Choice:
 
 
 def _by_all_sequences(choice: Choice, fresh: Unseen) -> Fit:
-    """The smallest part of the most probable model, with all that is chosen, whose ln density of fitted and held-out
-    sequences is within `Settings.simpler_reach` of the largest; the chosen fit where that is it.
+    """The smallest part of the most probable model that contains the chosen effects and is nearly as probable.
 
-    It also stays where the smallest part misses a held-out sequence by more than noise does in one recording of
-    twenty: of models that are all wrong, densities do not tell which names are right.
+    Its ln density of fitted and held-out sequences is within `Settings.simpler_reach` of the largest.  The chosen fit
+    comes back if it is the smallest, and also if the smallest part misses a held-out sequence significantly
+    (`Settings.alike_rate`): if all models are wrong, densities do not tell which effects are right.
     """
     best, count, settings = choice.survivors[0], fresh.recording.readings.count, choice.fitted.model.settings
     told = {}
@@ -47,5 +47,5 @@ def _by_all_sequences(choice: Choice, fresh: Unseen) -> Fit:
     least = max(told.values(), default=-np.inf) - settings.simpler_reach
     near = [fitted for fitted, worth in told.items() if worth >= least > -np.inf]
     chosen = min(near, key=lambda fitted: (len(fitted.model.hypotheses), -told[fitted]), default=choice.fitted)
-    predicts = all(sequence.p >= settings.alike_rate for sequence in fresh.judged(chosen))
+    predicts = all(sequence.p >= settings.alike_rate for sequence in fresh.by_sequence(chosen))
     return chosen if predicts else choice.fitted

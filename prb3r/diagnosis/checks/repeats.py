@@ -25,11 +25,11 @@ class Scatter(NamedTuple):
     steps: int
     """Number of steps that were repeated."""
     beyond_chance: bool
-    """Whether the scatter is larger than stated beyond chance; all readings of a step count as one number."""
+    """Whether the scatter is significantly larger than stated; all readings of a step count as one number."""
 
 
 def scatter(recording: Recording, settings: Settings) -> Scatter | None:
-    """The scatter of sequences that repeat others; None with fewer than `Settings.fewest_repeats` repeated steps.
+    """The scatter of sequences that repeat others; None if fewer than `Settings.fewest_repeats` steps are repeated.
 
     Raises
     ------
@@ -57,10 +57,10 @@ def scatter(recording: Recording, settings: Settings) -> Scatter | None:
 def _changes(
     recording: Recording, matches: Sequence[tuple[int, Match]], believed: np.ndarray
 ) -> Iterator[Counter[int]]:
-    """The changes of the difference of two sequences from one matched step to the next: weights by row of reading.
+    """How the difference of two repeated sequences changes from one matched step to the next.
 
-    The weighted sum of the readings is the change.  What sets whole sequences apart, such as a camera that was moved or
-    plates that creep, is no noise and nearly cancels in it.
+    Each change is a weighted sum of readings, given as the weights by row of the reading.  A constant difference of
+    whole sequences, as from a camera that was moved or plates that creep, is no noise and nearly cancels in it.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Checks of the residuals: the chance, if the model is right, of as much misfit or structure as it leaves, or more."""
+"""Checks of the residuals of a model: p-values of the misfit and of the structure that it leaves."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -6,13 +6,13 @@ from typing import NamedTuple
 import numpy as np
 
 from prb3r.diagnosis.chance import chi2_tail, normal_tail
-from prb3r.diagnosis.checks.heldout import JudgedSequence
+from prb3r.diagnosis.checks.unseen import JudgedSequence
 from prb3r.diagnosis.evidence.neighbours import NEIGHBOURS_ALONG, Line, neighbours
 from prb3r.diagnosis.search.selection import Choice
 from prb3r.recording.recording import Recording
 
 ALONG_STEPS = "neighbours along steps"
-"""Name of the check whether residuals are alike from one step to the next."""
+"""Name of the check for positive correlation of residuals from one step to the next."""
 
 
 class ModelCheck(NamedTuple):
@@ -20,11 +20,11 @@ class ModelCheck(NamedTuple):
 
     name: str
     p: float
-    """Chance of as large a result, or larger, if the model is right."""
+    """The p-value: chance of a result as large or larger if the model is right."""
 
 
 def model_checks(choice: Choice, judged: Sequence[JudgedSequence]) -> tuple[ModelCheck, ...]:
-    """Checks of the chosen model: chi-square, the needed noise, neighbouring residuals, and the sequences set aside.
+    """Checks of the chosen model: chi-square, noise level, scores, correlated residuals, and sequences set aside.
 
     The largest score and the smooth missing moments are those of the most probable model (`Choice`).
 
@@ -47,12 +47,14 @@ def model_checks(choice: Choice, judged: Sequence[JudgedSequence]) -> tuple[Mode
 
 
 def by_chance(factor: float, log_sd: float) -> float:
-    """Prior chance that a stated standard deviation is off by `factor` or more, either way; `log_sd` of its ln."""
+    """Prior chance that a stated standard deviation is wrong by `factor` or more, either way.
+
+    `log_sd` is the prior standard deviation of the ln of that factor.
+    """
     return float(2 * normal_tail(abs(np.log(factor)) / log_sd))
 
 
 def neighbours_alike(recording: Recording, left: np.ndarray, line: Line) -> float:
-    """Chance that independent residuals are as much alike between neighbours along a line as `left` (r,), whitened, or
-    more."""
+    """The p-value of a positive correlation between neighbours along a line of the whitened residuals `left` (r,)."""
     first, second = neighbours(recording, line)
     return float(normal_tail(left[first] @ left[second] / max(np.sqrt(len(first)), 1.0)))

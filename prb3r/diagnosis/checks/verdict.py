@@ -5,8 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from prb3r.diagnosis.chance import normal_critical
-from prb3r.diagnosis.checks.heldout import JudgedSequence, Unseen
 from prb3r.diagnosis.checks.residuals import ALONG_STEPS, ModelCheck
+from prb3r.diagnosis.checks.unseen import JudgedSequence, Unseen
 from prb3r.diagnosis.evidence.model_evidence import cost
 from prb3r.diagnosis.evidence.stated_accuracy import share_of_stated
 from prb3r.diagnosis.fit.model import Fit
@@ -117,7 +117,7 @@ def empirical_law(
     if not laws:
         return None, None
     best = min(laws, key=lambda law: cost(law.fitted))
-    heldout = fresh.judge(calibrated, best.fitted) if fresh else None
+    heldout = fresh.errors(calibrated, best.fitted) if fresh else None
     if heldout is not None and heldout.chi2_explained > heldout.chi2_calibrated:
         return None, None
     return best, None if heldout is None else heldout.gain

@@ -2,9 +2,10 @@
 
 from dataclasses import dataclass
 
-from prb3r.diagnosis.checks.heldout import HeldOut, Unseen
+from prb3r.diagnosis.checks.heldout import HeldOut
 from prb3r.diagnosis.checks.residuals import ModelCheck
 from prb3r.diagnosis.checks.setup.find import Blunder
+from prb3r.diagnosis.checks.unseen import Unseen
 from prb3r.diagnosis.evidence.outliers import Doubts
 from prb3r.diagnosis.evidence.score_test import Scores
 from prb3r.diagnosis.fit.model import Fit

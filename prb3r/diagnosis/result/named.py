@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from prb3r.diagnosis.checks.heldout import Unseen
+from prb3r.diagnosis.checks.unseen import Unseen
 from prb3r.diagnosis.evidence.model_evidence import bic
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.fit.profile import Profile, linear_interval, profile
@@ -83,7 +83,7 @@ def named_effect(
         statement=statement,
         rivals=tuple(rival for rival in near if rival not in elsewhere),
         delta_bic=float(bic(fitted) - bic(simpler)) if simpler is not None else float("nan"),
-        heldout_gain=fresh.judge(simpler, fitted).gain if fresh and simpler else None,
+        heldout_gain=fresh.errors(simpler, fitted).gain if fresh and simpler else None,
         partial=partial,
         profiles=profiles,
         without=simpler,

@@ -7,9 +7,9 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from prb3r.diagnosis.checks.heldout import JudgedSequence, Unseen
 from prb3r.diagnosis.checks.residuals import ModelCheck
 from prb3r.diagnosis.checks.setup.find import Blunder
+from prb3r.diagnosis.checks.unseen import JudgedSequence, Unseen
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.diagnosis.search.assumed import Assumed

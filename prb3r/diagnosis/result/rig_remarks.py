@@ -7,9 +7,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from prb3r.diagnosis.checks.heldout import Unseen
 from prb3r.diagnosis.checks.repeats import Scatter
 from prb3r.diagnosis.checks.tolerated import tolerances_told
+from prb3r.diagnosis.checks.unseen import Unseen
 from prb3r.diagnosis.evidence.model_evidence import AT_BOUND
 from prb3r.diagnosis.evidence.noise_level import EstimatedLevel
 from prb3r.diagnosis.evidence.outliers import Doubts, NotedWeight
@@ -171,7 +171,7 @@ def off_as_drawn(fresh: Unseen | None, fitted: Fit) -> list[str]:
     aside than the noise does."""
     if fresh is None:
         return []
-    errors, part = fresh.as_drawn_and_made(fitted), fresh.foresee(fitted).part
+    errors, part = fresh.as_drawn_and_made(fitted), fresh.prediction(fitted).part
     drawn, made, noise = errors.rmse_calibrated_m, errors.rmse_explained_m, errors.noise_m
     factor, unit = 1e3, "mm"
     if drawn is None or made is None or noise is None:

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from prb3r.diagnosis.chance import chi2_tail
-from prb3r.diagnosis.checks.heldout import unseen
+from prb3r.diagnosis.checks.unseen import unseen
 from prb3r.diagnosis.fit.calibrate import fit_constants
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.fit.prediction import predictor
@@ -133,7 +133,7 @@ def _single(task: MethodTask, recording: Recording, names: Callable[[Fit, Fit], 
         explained = best
         claims = (_claim(best.model.hypotheses[0], best),)
     fresh = unseen(task.recording, begun.aside, asked.settings, begun.doubts)
-    held = fresh.judge(calibrated, explained) if fresh else None
+    held = fresh.errors(calibrated, explained) if fresh else None
     return Verdict(
         task.case,
         task.method,
