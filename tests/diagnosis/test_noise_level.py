@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from prb3r.diagnosis.evidence.noise_level import Around, noise_level
+from prb3r.diagnosis.evidence.noise_level import ReadingChanges, noise_level
 from prb3r.diagnosis.evidence.outliers import Doubts
 from prb3r.diagnosis.evidence.renewal import level_under
 from prb3r.diagnosis.fit.calibrate import fit_constants
@@ -17,7 +17,7 @@ from prb3r.recording.recording import Recording
 from tests.diagnosis.simulated import recorded
 
 
-def drawn(recording: Recording, reading: float, tension: float, seed: int) -> tuple[np.ndarray, Around]:
+def drawn(recording: Recording, reading: float, tension: float, seed: int) -> tuple[np.ndarray, ReadingChanges]:
     """A misfit (r,) of a linear rig whose readings and tensions scatter that many times as much as stated."""
     rng = np.random.default_rng(seed)
     count, step = recording.readings.count, recording.readings.step
@@ -26,7 +26,7 @@ def drawn(recording: Recording, reading: float, tension: float, seed: int) -> tu
     sd = reading_sd(recording)[:, None]
     fitted, possible = sd * rng.normal(size=(count, 2)), sd * rng.normal(size=(count, 5))
     misfit = sd[:, 0] * (reading * rng.normal(size=count) + tension * columns @ rng.normal(size=columns.shape[1]))
-    return misfit + fitted @ [3.0, -4.0], Around(fitted, sd * columns, possible)
+    return misfit + fitted @ [3.0, -4.0], ReadingChanges(fitted, sd * columns, possible)
 
 
 @pytest.mark.parametrize(("reading", "tension"), [(1.0, 1.0), (1.3, 0.6), (0.8, 2.0)])

@@ -1,19 +1,20 @@
-r"""How large the noise of readings and tensions really is, and how much of it a photograph has in common.
+r"""The actual noise level of readings and tensions, and the share of it that a photograph has in common.
 
-Nobody knows the noise of a camera or of a spring balance to ten per cent, and what one fit happens to leave may not
-decide it.  So the factors `s` on the noise of the readings and `t` on the scatter of the tensions are estimated by
-marginal likelihood: what is fitted counts as free, and the scatter of tensions, tolerances and the whole library as
-Gaussian with their prior sizes.  Let the changes of the readings by these, the tensions' `t` times as large as stated,
-whitened by a correlation :math:`P` and freed of what is fitted, have the `k` singular values :math:`\sigma_i`.  Minus
-twice the logarithm of the likelihood is
+The noise of a camera or a spring balance is not known to ten per cent, and the residuals of a single fit cannot settle
+it, as missing effects would count as noise.  So the factors `s` on the noise of the readings and `t` on the scatter of
+the tensions are estimated by marginal likelihood: fitted parameters are free; the tensions, the tolerances and all
+effects of the library are Gaussian with their prior standard deviations.  Take the changes of the readings by these,
+with those of the tensions multiplied by `t`, whiten them by a correlation :math:`P`, and project them orthogonally to
+the changes by the fitted parameters.  With their `k` singular values :math:`\sigma_i`, minus twice the ln likelihood is
 
 .. math:: \sum_i \ln(s^2 + \sigma_i^2) + \frac{a_i^2}{s^2 + \sigma_i^2} + (r - k) \ln s^2 + \frac{R^2}{s^2} + \ln |P|
 
-where :math:`a_i` is the residual along their directions, :math:`R` its norm beside them, and `r` the number of readings
-less that of fitted parameters.
+where :math:`a_i` are the components of the residual along their directions, :math:`R` is the norm of the rest of the
+residual, and `r` is the number of readings less the number of fitted parameters.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -26,7 +27,7 @@ from prb3r.diagnosis.settings import Settings
 from prb3r.recording.recording import Recording
 
 
-class Around(NamedTuple):
+class ReadingChanges(NamedTuple):
     """Changes of the readings by everything but their noise, m or rad."""
 
     fitted: np.ndarray
@@ -38,11 +39,11 @@ class Around(NamedTuple):
 
 
 ROUNDED_SHARE = 1e-12
-"""Variance along a direction, as a share of the largest, up to which it is nothing but rounding."""
+"""Variance along a direction, relative to the largest, at or below which it is rounding error."""
 
 
 class EstimatedScale(NamedTuple):
-    """A factor on a stated standard deviation: e to the posterior mean of its ln, and the ends of its 95 % interval."""
+    """Factor on a stated standard deviation: exp of the posterior mean of its ln, and the ends of the 95 % interval."""
 
     value: float
     low: float
@@ -57,77 +58,110 @@ class EstimatedLevel:
     reading: EstimatedScale
     """Factor on the noise of the readings."""
     tension: EstimatedScale
-    """Factor on the scatter of the tensions; 1 with an interval of no width where none is stated."""
+    """Factor on the scatter of the tensions; 1, with an interval of zero width, where none is stated."""
 
 
 def noise_level(
     recording: Recording,
     misfit: np.ndarray,
-    around: Around,
+    changes: ReadingChanges,
     inflation: np.ndarray,
     settings: Settings,
     lasts: NoiseLevel = AS_STATED,
 ) -> EstimatedLevel:
-    """The level of the noise in a `misfit` (r,) of readings less predicted ones, m or rad.
+    """The noise level estimated from a `misfit` (r,), the readings less the predicted ones, m or rad.
 
-    The share that a photograph has in common is the likeliest of a few, tried in ascending order until a larger one is
-    not likelier; the factors are averaged over their posterior.
+    The share of the noise that a photograph has in common is the likeliest one; the factors on the noise of readings
+    and tensions are averaged over their posterior for that share.
 
     Parameters
     ----------
-    around : what else moves the readings.
+    changes : changes of the readings by everything but their noise.
     inflation : (r,) factor on the standard deviation of each reading, above 1 where it is weighed down.
-    lasts : level with the shares that last through a sequence, which are kept; that of the tensions has to be in
-        `around` already.
+    lasts : level with the shares that last through a sequence, which are kept; `changes.tensions` must account for the
+        share of the tensions already.
     """
-    logs = np.linspace(*settings.noise_scales)
-    scattered = bool(around.tensions.any())
-    log_scatter = np.linspace(*settings.tension_scales) if scattered else np.zeros(1)
-    sd = reading_sd(recording) * inflation
-
-    def seen(common: float, reach: float) -> "_Seen":
-        """Misfit and changes whitened by the correlation of a photograph, with what its share adds to the deviance."""
-        root = correlation_root(recording, sd, lasts._replace(common=common, reach=reach))
-        volume = -2 * float(np.sum(np.log(root.diagonal() * sd)))  # of P alone: its root is triangular
-        return _seen(
-            root @ misfit, Around(*(root @ part for part in around)), volume + (common / settings.common_sd) ** 2
-        )
-
-    def along_scales(through: "_Seen", log_factor: float) -> np.ndarray:
-        """Deviance with the priors at all factors on the readings, for one on the tensions."""
-        prior = (logs / settings.noise_log_sd) ** 2 + (log_factor / settings.tension_log_sd) ** 2
-        return _deviance(through, np.exp(logs), np.exp(log_factor)) + prior
-
-    def surface(through: "_Seen") -> np.ndarray:
-        """Deviance with the priors, (factors on the tensions, factors on the readings)."""
-        return np.stack([along_scales(through, log_factor) for log_factor in log_scatter])
-
-    shape, through = (0.0, np.inf), seen(0.0, np.inf)
-    deviance = surface(through)
-    if recording.readings.count >= settings.fewest_in_photograph * len(np.unique(recording.readings.step)):
-        likely = log_scatter[int(deviance.min(1).argmin())]
-        curves = {shape: float(deviance.min())}
-        for common in settings.common_shares:
-            more = {(common, reach): seen(common, reach) for reach in settings.common_reaches}
-            curves |= {key: float(along_scales(level, likely).min()) for key, level in more.items()}
-            best = min(curves, key=lambda key: curves[key])
-            if best[0] < common:
-                break  # a larger share is not likelier than a smaller one
-            shape, through = best, more[best]
-        if shape[0]:
-            deviance = surface(through)
-    density = -(deviance - deviance.min()) / 2
-    reading = _scale(logs, logsumexp(density, axis=0))
+    likelihood = _Likelihood(recording, misfit, changes, reading_sd(recording) * inflation, settings, lasts)
+    common, reach, deviance = likelihood.of_likeliest_share()
+    log_density = -(deviance - deviance.min()) / 2
+    reading = _scale(likelihood.log_scales, logsumexp(log_density, axis=0))
     tension = EstimatedScale(1.0, 1.0, 1.0)
-    if scattered:
-        tension = _scale(*_finer(log_scatter, logsumexp(density, axis=1), settings.spline_points))
-    common, reach = shape
+    if likelihood.tensions_scatter:
+        along_factors = logsumexp(log_density, axis=1)
+        tension = _scale(*_finer(likelihood.log_factors, along_factors, settings.spline_points))
     level = lasts._replace(scale=reading.value, common=common, reach=reach, tension=tension.value)
     return EstimatedLevel(level, reading, tension)
 
 
+@dataclass(frozen=True, eq=False)
+class _Likelihood:
+    """The deviance of a misfit, priors included, as a function of the noise level."""
+
+    recording: Recording
+    misfit: np.ndarray
+    changes: ReadingChanges
+    sd: np.ndarray
+    """(r,) stated standard deviations of the readings, times their inflation."""
+    settings: Settings
+    lasts: NoiseLevel
+
+    @cached_property
+    def log_scales(self) -> np.ndarray:
+        """The grid of the ln of the factor on the noise of the readings."""
+        return np.linspace(*self.settings.noise_scales)
+
+    @property
+    def tensions_scatter(self) -> bool:
+        """Whether a scatter of the tensions is stated that moves any reading."""
+        return bool(self.changes.tensions.any())
+
+    @cached_property
+    def log_factors(self) -> np.ndarray:
+        """The grid of the ln of the factor on the scatter of the tensions; 0 alone where there is none."""
+        return np.linspace(*self.settings.tension_scales) if self.tensions_scatter else np.zeros(1)
+
+    def products(self, common: float, reach: float) -> "_Products":
+        """Inner products under the correlation with these shares, and what the share adds to the deviance."""
+        root = correlation_root(self.recording, self.sd, self.lasts._replace(common=common, reach=reach))
+        volume = -2 * float(np.sum(np.log(root.diagonal() * self.sd)))  # of P alone: its root is triangular
+        changes = ReadingChanges(*(root @ part for part in self.changes))
+        return _products(root @ self.misfit, changes, volume + (common / self.settings.common_sd) ** 2)
+
+    def along_scales(self, products: "_Products", log_factor: float) -> np.ndarray:
+        """Deviance at all `log_scales`, for one ln of the factor on the tensions."""
+        prior = (self.log_scales / self.settings.noise_log_sd) ** 2 + (log_factor / self.settings.tension_log_sd) ** 2
+        return _deviance(products, np.exp(self.log_scales), np.exp(log_factor)) + prior
+
+    def surface(self, products: "_Products") -> np.ndarray:
+        """Deviance at all pairs of factors: (`log_factors`, `log_scales`)."""
+        return np.stack([self.along_scales(products, log_factor) for log_factor in self.log_factors])
+
+    def of_likeliest_share(self) -> tuple[float, float, np.ndarray]:
+        """The likeliest share that a photograph has in common, its correlation length, and the :meth:`surface` there.
+
+        Shares are tried in ascending order, at the likeliest factor on the tensions, until a larger one is not
+        likelier; none is tried if photographs hold fewer readings than `Settings.fewest_in_photograph` on average.
+        """
+        settings, shape = self.settings, (0.0, np.inf)
+        products = self.products(*shape)
+        deviance = self.surface(products)
+        photographs = len(np.unique(self.recording.readings.step))
+        if self.recording.readings.count < settings.fewest_in_photograph * photographs:
+            return *shape, deviance
+        log_factor = self.log_factors[int(deviance.min(1).argmin())]
+        least = {shape: float(deviance.min())}  # deviance by share and correlation length
+        for common in settings.common_shares:
+            tried = {(common, reach): self.products(common, reach) for reach in settings.common_reaches}
+            least |= {key: float(self.along_scales(known, log_factor).min()) for key, known in tried.items()}
+            best = min(least, key=least.__getitem__)
+            if best[0] < common:
+                break  # a larger share is not likelier than a smaller one
+            shape, products = best, tried[best]
+        return *shape, self.surface(products) if shape[0] else deviance
+
+
 def _finer(logs: np.ndarray, log_density: np.ndarray, times: int) -> tuple[np.ndarray, np.ndarray]:
-    """Logarithms over the range of `logs`, `times` as many, and the log density there by a cubic spline."""
+    """A grid `times` as fine over the range of `logs`, and the log density there by a cubic spline."""
     fine = np.linspace(logs[0], logs[-1], times * len(logs))
     return fine, scipy.interpolate.CubicSpline(logs, log_density)(fine)
 
@@ -141,8 +175,8 @@ def _scale(logs: np.ndarray, log_density: np.ndarray) -> EstimatedScale:
     return EstimatedScale(best, min(low, best), max(high, best))
 
 
-class _Seen(NamedTuple):
-    """Inner products of a residual and of all that may be in it, whitened and freed of what is fitted."""
+class _Products(NamedTuple):
+    """Inner products of a residual and of the changes that may be in it, all whitened and freed of what is fitted."""
 
     square: float
     """Squared length of the residual."""
@@ -154,28 +188,28 @@ class _Seen(NamedTuple):
     """(k,) products of the directions with the residual."""
     tensions: int
     """Number of directions of the tensions."""
-    price: float
+    penalty: float
     """Added to the deviance: ln of the determinant of the correlation, and the prior of its share."""
 
 
-def _seen(residual: np.ndarray, around: Around, price: float) -> _Seen:
-    """The inner products of a whitened `residual` (r,) and of what is `around` it, whitened too."""
-    basis = np.linalg.qr(around.fitted / np.maximum(np.linalg.norm(around.fitted, axis=0), 1e-300))[0]
+def _products(residual: np.ndarray, changes: ReadingChanges, penalty: float) -> _Products:
+    """The inner products of a whitened `residual` (r,) and of the whitened `changes`."""
+    basis = np.linalg.qr(changes.fitted / np.maximum(np.linalg.norm(changes.fitted, axis=0), 1e-300))[0]
     residual = residual - basis @ (basis.T @ residual)
-    directions = np.hstack([around.tensions, around.possible])
+    directions = np.hstack([changes.tensions, changes.possible])
     directions = directions - basis @ (basis.T @ directions)
-    freedom, tensions = len(residual) - basis.shape[1], around.tensions.shape[1]
+    freedom, tensions = len(residual) - basis.shape[1], changes.tensions.shape[1]
     gram, along = directions.T @ directions, directions.T @ residual
-    return _Seen(float(residual @ residual), freedom, gram, along, tensions, price)
+    return _Products(float(residual @ residual), freedom, gram, along, tensions, penalty)
 
 
-def _deviance(through: _Seen, scales: np.ndarray, factor: float) -> np.ndarray:
+def _deviance(products: _Products, scales: np.ndarray, factor: float) -> np.ndarray:
     """Minus twice the ln of the likelihood at all factors `scales` on the readings, one `factor` on the tensions."""
-    size = np.where(np.arange(len(through.gram)) < through.tensions, factor, 1.0)
-    variance, axes = np.linalg.eigh(size[:, None] * through.gram * size)
+    size = np.where(np.arange(len(products.gram)) < products.tensions, factor, 1.0)
+    variance, axes = np.linalg.eigh(size[:, None] * products.gram * size)
     kept = variance > ROUNDED_SHARE * max(variance[-1], 1e-300)
-    along = (axes[:, kept].T @ (size * through.along)) ** 2 / variance[kept]
-    rest = max(through.square - float(along.sum()), 0.0)
+    along = (axes[:, kept].T @ (size * products.along)) ** 2 / variance[kept]
+    rest = max(products.square - float(along.sum()), 0.0)
     spread = scales[:, None] ** 2 + variance[kept]
     inside = (np.log(spread) + along / spread).sum(1)
-    return inside + (through.freedom - kept.sum()) * 2 * np.log(scales) + rest / scales**2 + through.price
+    return inside + (products.freedom - kept.sum()) * 2 * np.log(scales) + rest / scales**2 + products.penalty

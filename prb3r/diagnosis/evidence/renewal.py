@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from prb3r.diagnosis.evidence.linearised import moved_readings, probes_of
-from prb3r.diagnosis.evidence.noise_level import Around, EstimatedLevel, noise_level
+from prb3r.diagnosis.evidence.noise_level import EstimatedLevel, ReadingChanges, noise_level
 from prb3r.diagnosis.evidence.outliers import Doubts
 from prb3r.diagnosis.evidence.repeatability import Uncertain, of_sequences, repeatability
 from prb3r.diagnosis.fit.covariance import reading_sd
@@ -18,9 +18,9 @@ from prb3r.diagnosis.library.hypothesis import Hypothesis
 
 
 def renewed(fitted: Fit, doubts: Doubts) -> Fit:
-    """The model of `fitted`, refitted under the covariance around its prediction; `fitted` itself if that fit fails.
+    """The model of `fitted`, refitted under the covariance around its own prediction; `fitted` if that fit fails.
 
-    Sensitivities to tensions and tolerances, and so the covariance, depend on the model.
+    The covariance depends on the fit through the sensitivities to tensions and tolerances.
     """
     predict, settings = fitted.model.predict, fitted.model.settings
     model = replace(fitted.model, noise=doubts.noise(predict, fitted.solved, settings))
@@ -28,9 +28,10 @@ def renewed(fitted: Fit, doubts: Doubts) -> Fit:
 
 
 def level_under(fitted: Fit, doubts: Doubts, library: Sequence[Hypothesis]) -> EstimatedLevel:
-    """The estimated noise level around a fit, if tensions and tolerances may be off and effects of `library` present.
+    """The noise level estimated around a fit, where tensions, tolerances and further effects may be off too.
 
-    Of the library, hypotheses that come by degrees and are not in the model count, each with its prior size.
+    These effects are the hypotheses of `library` that vanish continuously and are not in the model, each with its prior
+    standard deviation.
     """
     predict, model = fitted.model.predict, fitted.model
     recording = predict.recording
@@ -46,5 +47,6 @@ def level_under(fitted: Fit, doubts: Doubts, library: Sequence[Hypothesis]) -> E
     inflation = doubts.inflated(recording, settings)
     uncertain = Uncertain(reading_sd(recording) * inflation, scatter)
     lasts = repeatability(recording, misfit, uncertain, settings, doubts.level)
-    around = Around(model.moved(fitted.p, fitted.solved), of_sequences(recording, scatter, lasts.lasting), possible)
-    return noise_level(recording, misfit, around, inflation, settings, lasts)
+    tensions = of_sequences(recording, scatter, lasts.lasting)
+    changes = ReadingChanges(model.moved(fitted.p, fitted.solved), tensions, possible)
+    return noise_level(recording, misfit, changes, inflation, settings, lasts)
