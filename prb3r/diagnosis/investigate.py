@@ -10,7 +10,7 @@ import numpy as np
 
 from prb3r.diagnosis.check import check
 from prb3r.diagnosis.checks.setup.find import Blunder, blunders_of, find_blunder
-from prb3r.diagnosis.checks.setup.weigh import moves_nothing, speaks_for, stands_beside
+from prb3r.diagnosis.checks.setup.weigh import is_rival, moves_nothing, speaks_for
 from prb3r.diagnosis.fit.calibrate import OutOfBalance
 from prb3r.diagnosis.known import Searched, Task, Tested
 from prb3r.diagnosis.result.diagnosis import Diagnosis
@@ -45,7 +45,7 @@ def run_stages(task: Task, report: Report = lambda stage: None, apply: Apply = s
 
 
 def investigate(task: Task, report: Report = lambda stage: None, apply: Apply = serially) -> Investigation:
-    """The outcome of all stages but the last, with the fits behind it.
+    """The outcome of all stages but the last, with the underlying fits.
 
     Parameters
     ----------
@@ -77,9 +77,9 @@ def investigate(task: Task, report: Report = lambda stage: None, apply: Apply = 
 
 
 def fitted_too(task: Task, investigation: Investigation, apply: Apply) -> str:
-    """A sentence on what it would take to predict the sequences set aside that are not predicted.
+    """A sentence on the effects that would be needed to predict the sequences set aside that are not predicted.
 
-    For that, effects are searched that explain all sequences together, those set aside included.
+    They are those found by a search on all sequences together, those set aside included.
     """
     fitted = investigation.choice.fitted
     found = adjusted(investigation.recording.manipulator, fitted.constants, fitted.effects)
@@ -94,15 +94,16 @@ def fitted_too(task: Task, investigation: Investigation, apply: Apply) -> str:
 def beside_effects(
     task: Task, unexplained: Investigation, blunders: tuple[Blunder, ...], apply: Apply
 ) -> tuple[Investigation, tuple[Blunder, ...]]:
-    """The investigation and the blunders, with one more blunder if effects had hidden it; else both as they were.
+    """The investigation and the blunders, with one more blunder if effects had hidden it; else both unchanged.
 
-    Where effects were found, a blunder is looked for beside them.  Exchanged steps are looked for among those with
-    weights that were not believed, and those set aside and not predicted, if no more than `Settings.most_missed_steps`.
+    If effects were found, a blunder is sought with these effects in the model.  Two steps may be exchanged if they have
+    weights that were not believed, or are held-out steps that are not predicted, these only if there are at most
+    `Settings.most_missed_steps` of them.
 
-    A blunder is added only if the recording is explained once it is mended.  The search of the mended recording is
-    given up if its first end is worth less than that of the search before, by as much as would have to speak for the
-    blunder.  A blunder that no longer shows beside the effects found then is not added: what the earlier effects left
-    was other physics.
+    A blunder is added only if mending it makes the recording explained, and only if it still shows beside the effects
+    that are then found; otherwise it had stood in for other physics.  The search of the mended recording is stopped
+    after its first start if the worth reached is below that of the earlier search by more than the evidence that the
+    blunder needs.
     """
     there, missed = unexplained.choice.fitted.effects, unexplained.missed_steps
     exchanged = {*unexplained.doubted_steps, *(missed if len(missed) <= task.settings.most_missed_steps else ())}
@@ -133,22 +134,22 @@ class SetUp(NamedTuple):
 
     searched: Searched
     blunders: tuple[Blunder, ...]
-    """Blunders that are said; they are mended in what was searched."""
+    """Blunders that are reported; they are mended in the recording that was searched."""
     rival: Blunder | None = None
-    """A blunder that would explain the recording with fewer effects, but with too little evidence to be said."""
+    """A blunder that would explain the recording with fewer effects, but has too little evidence to be reported."""
     without_rival: Searched | None = None
-    """The effects chosen with the rival mended too."""
+    """The effects chosen when the rival is mended too."""
 
 
 def without_blunders(task: Task, report: Report, apply: Apply) -> SetUp:
-    """The effects chosen for a recording once the blunders of its set-up are mended, and these blunders.
+    """The blunders of a recording's set-up, and the effects chosen once these are mended.
 
-    Where constants alone do not explain the mended recording, effects may have imitated the blunder.  Both recordings,
-    as it is and mended, are then searched for effects, and the blunder is said only if the comparison speaks for it.
-    One search is given up if its first end is worth less than that of the other, by as much as settles the comparison
-    (:func:`_clear`, :func:`_mended_beside`).  If mending moves no reading beside the effects found in the mended
-    recording, as with a cable that turns out to be dead, there is no blunder; the recording as it is is then searched
-    again from these.
+    If constants alone do not explain the mended recording, effects may have imitated the blunder.  The recording as it
+    is and the mended one are then both searched for effects, and the blunder is reported only if the comparison
+    supports it (:func:`speaks_for`).  A search is stopped after its first start where that settles the comparison
+    (:func:`_clear`, :func:`_mended_beside`).  If mending changes no prediction with the effects found in the mended
+    recording, as for a cable that turns out to be dead, there is no blunder, and the recording as it is is searched
+    again from these effects.
     """
     blunders = blunders_of(task.recording, task.settings, apply)
     if not blunders or blunders[-1].plain:
@@ -166,7 +167,7 @@ def without_blunders(task: Task, report: Report, apply: Apply) -> SetUp:
         if other is None:
             break
         if not _speaks(other, searched, blunder.least):
-            rival = stands_beside(_judged(other), _judged(searched))
+            rival = is_rival(_weighed(other), _weighed(searched))
             return SetUp(searched, said, blunder, other) if rival else SetUp(searched, said)
         as_noted, fitted = _mended(task, said), other.choice.fitted
         if moves_nothing(fitted_part(as_noted.recording, other.tested.doubted.aside), fitted):
@@ -182,12 +183,12 @@ def without_blunders(task: Task, report: Report, apply: Apply) -> SetUp:
 def _clear(
     task: Task, blunders: tuple[Blunder, ...], as_it_is: Tested, apply: Apply
 ) -> tuple[Searched, Searched] | None:
-    """What was chosen for a recording as it is, by a search that was given up after its first end, and with all
-    `blunders` mended, where the last of them is clear; None where it is not.
+    """Searches of the recording as it is, stopped after the first start, and with all `blunders` mended, if the last of
+    these is clear; else None.
 
-    It is clear where constants alone leave less of the mended recording, effects explain the rest, and the first end of
-    its search is ahead by `Settings.clear_blunder` times what has to speak for the blunder.  What a blunder has spoiled
-    is searched for long, and in vain.
+    It is clear if constants alone leave a smaller misfit of the mended recording, effects explain the rest, and the
+    worth reached from the first start is ahead by `Settings.clear_blunder` times the evidence that the blunder needs.
+    This spares the full search of a recording that is spoiled, which takes long and finds nothing.
     """
     last = blunders[-1]
     if last.faint:
@@ -206,11 +207,11 @@ def _clear(
 
 
 def _mended_beside(task: Task, blunders: tuple[Blunder, ...], searched: Searched, apply: Apply) -> Searched | None:
-    """What is chosen with all `blunders` mended, by a search that is given up where its first end is worth less than
-    that of the recording without the last of them (`searched`), by as much as would have to speak for that one.
+    """The effects chosen with all `blunders` mended, or None if the last of these cannot be reported.
 
-    None where it cannot be said: no constants bring the mended recording into balance, or the last one is faint and
-    would need as many effects.
+    It cannot if no constants bring the mended recording into balance, or if it is faint and would not save an effect.
+    The search is stopped after its first start if the worth reached is below that of the recording without the last
+    blunder mended (`searched`) by more than the evidence that this blunder needs.
     """
     last, choice = blunders[-1], searched.choice
     if last.faint and not (choice.structured or choice.kinds):
@@ -218,22 +219,23 @@ def _mended_beside(task: Task, blunders: tuple[Blunder, ...], searched: Searched
     try:
         tested = to_test(_mended(task, blunders), lambda stage: None, apply)
         if last.faint and len(choice.kinds) == 1 and leaves_something(tested):
-            return None  # fewer effects than one are none, and constants alone do not explain the mended recording
+            return None  # to save the only effect, constants alone would have to explain the mended recording
         return search(tested, choice.worth_of_first_start - (0.0 if last.faint else last.least))
     except OutOfBalance:
         return None
 
 
-def _judged(searched: Searched) -> tuple[Choice, Search]:
-    """The choice and the search that it came from, as :func:`speaks_for` weighs them."""
+def _weighed(searched: Searched) -> tuple[Choice, Search]:
+    """The choice and the search that it came from, as :func:`speaks_for` takes them."""
     return searched.choice, searched.tested.doubted.search
 
 
 def _speaks(mended: Searched, as_it_is: Searched, least: float) -> bool:
-    """Whether a recording is so much better explained mended that the blunder is said (:func:`speaks_for`)."""
-    return speaks_for(_judged(mended), _judged(as_it_is), least)
+    """Whether mending explains a recording so much better that the blunder is reported (:func:`speaks_for`)."""
+    return speaks_for(_weighed(mended), _weighed(as_it_is), least)
 
 
 def _mended(task: Task, blunders: tuple[Blunder, ...]) -> Task:
-    """The task with the recording in which all `blunders` are mended, which the last of them holds."""
+    """The task with all `blunders` mended in its recording; each blunder holds the recording with those before it
+    mended too."""
     return replace(task, recording=blunders[-1].mended) if blunders else task

@@ -1,5 +1,4 @@
-"""A blunder weighed against effects: searches of the recording as it is and of the mended one, both with the whole
-library, are compared."""
+"""A blunder weighed against effects, by searches of the recording as it is and of the mended recording."""
 
 import numpy as np
 
@@ -12,12 +11,14 @@ from prb3r.diagnosis.search.worth import mean_square, photographs_of, worth_of
 from prb3r.recording.recording import Recording
 
 ALIKE_SD = 1e-6
-"""Difference of two misfits, in standard deviations of the reading, up to which they are equal but for rounding."""
+"""Difference of two misfits, in standard deviations of the reading, that counts as rounding error."""
 
 
-def stands_beside(mended: tuple[Choice, Search], as_it_is: tuple[Choice, Search]) -> bool:
-    """Whether a blunder is a rival of the effects that are found: once it is mended, effects of fewer kinds explain the
-    recording, and are worth more by `Settings.better_exchanged`.
+def is_rival(mended: tuple[Choice, Search], as_it_is: tuple[Choice, Search]) -> bool:
+    """Whether a blunder is a rival of the effects found in the recording as it is.
+
+    It is if the mended recording is explained by effects of fewer kinds, whose worth (:func:`worth_of`) is larger by
+    `Settings.better_exchanged`.
 
     Parameters
     ----------
@@ -30,12 +31,12 @@ def stands_beside(mended: tuple[Choice, Search], as_it_is: tuple[Choice, Search]
 
 
 def speaks_for(mended: tuple[Choice, Search], as_it_is: tuple[Choice, Search], least: float) -> bool:
-    """Whether a recording is so much better explained with a blunder mended that the blunder is said.
+    """Whether mending a blunder explains a recording so much better that the blunder is reported.
 
-    Both recordings were searched for effects.  Each counts as what the best of all its tried models is worth
-    (:func:`worth_of`), irrespective of the noise that each search found.  If mending leaves photographs out, both count
-    with the number of the recording as it is, so that losing one is no gain.  Where effects do not explain the mended
-    recording, the mean square must fall by the factor `Settings.blunder_fall` too.
+    Both recordings were searched for effects.  They are compared by the worth (:func:`worth_of`) of the best of all
+    models tried, which does not depend on the noise that each search found.  If mending drops photographs, both are
+    weighed with the number of photographs of the recording as it is, so that dropping one is no gain.  If effects do
+    not explain the mended recording either, its mean square must also be smaller by the factor `Settings.blunder_fall`.
 
     Parameters
     ----------
@@ -49,15 +50,15 @@ def speaks_for(mended: tuple[Choice, Search], as_it_is: tuple[Choice, Search], l
 
 
 def _best(choice: Choice, search: Search, photographs: int) -> tuple[Fit, float]:
-    """The model that is worth most of those that a search tried, and its worth with this number of photographs."""
+    """The model of the largest worth of all that a search tried, and that worth for this number of photographs."""
     worth = {fitted: worth_of(fitted, choice.level.level, search, photographs) for fitted in choice.tried}
     best = max(worth, key=worth.__getitem__)
     return best, worth[best]
 
 
 def moves_nothing(as_noted: Recording, fitted: Fit) -> bool:
-    """Whether mending is without consequence: a model fitted to the mended recording misses each reading `as_noted` by
-    as much."""
+    """Whether mending has no consequence: a model fitted to the mended recording has the same misfit of every reading
+    of the recording `as_noted`."""
     theirs = fitted.model.predict
     ours = predictor(as_noted, theirs.settings)
     if as_noted.readings.count != theirs.recording.readings.count:
