@@ -14,9 +14,9 @@ from prb3r.mechanics.chain import Chain, Loads, no_loads
 from prb3r.mechanics.eigenvalue import lowest_under_load
 from prb3r.mechanics.load_row import rows_of_loads
 from prb3r.mechanics.march import FAILED
-from prb3r.mechanics.path import SMALLEST_STEP, Program, follow, history_space, path_space
+from prb3r.mechanics.path import SMALLEST_STEP, PathSpace, Program, follow, history_space, path_space
 from prb3r.mechanics.path_output import Path
-from prb3r.mechanics.records import pack
+from prb3r.mechanics.records import Packed, pack
 from prb3r.mechanics.side_by_side import lane_space, solve_side_by_side, stand_alone
 from prb3r.mechanics.tangent import segment_modes
 from prb3r.mechanics.variation import scratch
@@ -55,7 +55,7 @@ class Outcome(IntEnum):
 
 @dataclass(frozen=True)
 class Equilibria:
-    """Equilibria of `s` load steps of a chain with `n` plates and `m` cables.  Failed steps hold NaN."""
+    """Equilibria of `s` load steps of a chain with `n` plates and `m` cables; NaN for failed steps."""
 
     outcome: np.ndarray
     """(s,) values of :class:`Outcome`; limit points are told from other failures only with the eigenvalue."""
@@ -149,67 +149,23 @@ def solve_chain(
         used where friction follows the cables' travel.
     allowance : most work that a sequence may take before its steps are given up; absent: `usual_allowance`.
     """
-    (plates, n), cables, history = chain.stiffness.shape, chain.offset.shape[1], chain.presliding > 0
-    steps, packed, elements = loads.steps, pack(chain), chain.hysteresis.slipping
-    modes = segment_modes(chain) if chain.tied else None
-    anew = np.array(np.broadcast_to(from_rest, steps), bool)
-    rows = acting(chain, loads, anew)
-    dead = dead_loads(chain, rows)
-    alone, done = stand_alone(chain, rows, anew, eigenvalue), np.zeros(steps, bool)
-    packed.model["extra"] = rows.moment.any()
-    kept = steps if detail or (eigenvalue and (chain.tied or history or dead.any())) else 0
-    path = Path(
-        status=np.full((steps, 2), FAILED),
-        reached=np.zeros(steps),
-        spent=np.zeros(steps, np.int64),
-        residual=np.full(steps, np.nan),
-        q=np.full((kept, plates, n), np.nan),
-        disk=np.full((steps, plates + 1, 3), np.nan),
-        tension=np.full((kept, plates, cables), np.nan),
-        moment=np.full((kept, plates, n + 2), np.nan),
-        slip=np.full((kept if history else 0, plates, cables), np.nan),
-        beyond=np.full((kept if history else 0, plates, cables), np.nan),
-        slider=np.full((kept, plates, n, elements), np.nan),
-        lowest=np.full(steps if eigenvalue else 0, np.nan),
-        block=np.full((0 if not eigenvalue or has_closed_form(chain) else steps, plates, n, n), np.nan),
-    )
-    path.disk[:, 0] = 0.0
-    columns = modes.shape[2] if modes is not None else 2 + cables if history else 2
-    if alone.any():
-        solve_side_by_side(packed, rows.tension[1:], rows.slip[1:], alone, lane_space(packed), path, done)
+    anew = np.array(np.broadcast_to(from_rest, loads.steps), bool)
+    problem = _problem(chain, loads, anew)
+    every_state = detail or (eigenvalue and (chain.tied or chain.presliding > 0 or problem.dead.any()))
+    path = _empty_path(chain, loads.steps, loads.steps if every_state else 0, eigenvalue)
+    done = _solve_independent_steps(problem, path, eigenvalue)
     if not done.all():
-        load_path = rows_of_loads(rows)
-        onset = Way(np.stack([np.zeros_like(load_path[0]), load_path[0]]), np.array([0, 1]))
-        program = Program(onset, Way(load_path, np.zeros(2, np.int64)), dead, anew, done)
-        space = path_space(chain, rows, accepted or room_for_states(chain), smallest_step, allowance)
-        memory = history_space(chain, packed, space) if history else None
-        follow(packed, program, modes, space, memory, scratch(packed, columns), path)
+        space = path_space(chain, problem.rows, accepted or room_for_states(chain), smallest_step, allowance)
+        _follow_steps(problem, path, space, done)
+
     failed = path.status[:, 0] < 0
-    outcome = np.where(failed, Outcome.NO_EQUILIBRIUM, Outcome.CONVERGED).astype(np.int8)
-    outcome[path.status[:, 0] == JUMPED] = Outcome.LIMIT_POINT
-    outcome[path.status[:, 0] == GAVE_UP] = Outcome.GAVE_UP
-    outcome[~failed & left_out(failed, anew)] = Outcome.DETOUR
+    outcome = _outcomes(path.status[:, 0], anew)
     if eigenvalue:
-        if len(path.block):
-            path.lowest[:] = lowest_of_blocks(path.block)
-        starts = np.where(anew, 0, last_solved(failed))
-        for s in np.flatnonzero(np.isnan(path.lowest)):
-            if history:
-                for name, values in (("slip", path.slip), ("new_slip", path.slip), ("beyond", path.beyond)):
-                    packed.span[name] = values[s]
-                packed.span["sticks"] = np.abs(path.slip[s]) < 1
-            packed.plate["slider"][:-1, :, :elements] = path.slider[s]
-            share = path.reached[s] if failed[s] else 1.0
-            step = Loads(*((1 - share) * field[starts[s]] + share * field[s + 1] for field in rows))
-            slip = step.slip if starts[s] else rows.slip[s + 1]
-            step = step._replace(tension=np.maximum(step.tension, 0.0), slip=slip)
-            path.lowest[s] = lowest_under_load(packed, modes, step, path.q[s])
+        _find_lowest(problem, path, failed)
         outcome[~failed & (path.lowest <= 0)] = Outcome.UNSTABLE
         if failed.any():
-            packed.span["sticks"], packed.plate["slider"] = False, 0.0
-            at_rest = lowest_under_load(packed, modes, Loads(*(field[0] for field in no_loads(chain))), chain.rest)
             ends = outcome == Outcome.NO_EQUILIBRIUM
-            outcome[ends & (path.lowest <= LIMIT * at_rest)] = Outcome.LIMIT_POINT
+            outcome[ends & (path.lowest <= LIMIT * _lowest_at_rest(problem))] = Outcome.LIMIT_POINT
             for field in (path.lowest, path.q, path.slip, path.beyond):
                 if len(field):
                     field[failed] = np.nan
@@ -229,3 +185,109 @@ def solve_chain(
         slip=path.slip,
         lowest_eigenvalue=path.lowest if eigenvalue else None,
     )
+
+
+@dataclass(frozen=True, eq=False)
+class _Problem:
+    """A chain and its loads as compiled code takes them."""
+
+    chain: Chain
+    packed: Packed
+    """Records of the chain, in which every solve leaves its last state."""
+    modes: np.ndarray | None
+    """Modes that tie the node angles together; None: the angles are free."""
+    rows: Loads
+    """What acts at rest (row 0) and at each of the `s` steps."""
+    dead: np.ndarray
+    """(s + 1,) whether dead loads act."""
+    anew: np.ndarray
+    """(s,) whether a step is ramped from rest."""
+
+
+def _problem(chain: Chain, loads: Loads, anew: np.ndarray) -> _Problem:
+    """The problem of a chain under `loads`, of which the steps `anew` (s,) are ramped from rest."""
+    packed, rows = pack(chain), acting(chain, loads, anew)
+    packed.model["extra"] = rows.moment.any()
+    return _Problem(chain, packed, segment_modes(chain) if chain.tied else None, rows, dead_loads(chain, rows), anew)
+
+
+def _empty_path(chain: Chain, steps: int, kept: int, eigenvalue: bool) -> Path:
+    """Arrays for the results of `steps` load steps, of which `kept` (all or none) keep their inner states."""
+    (plates, n), cables, history = chain.stiffness.shape, chain.offset.shape[1], chain.presliding > 0
+    path = Path(
+        status=np.full((steps, 2), FAILED),
+        reached=np.zeros(steps),
+        spent=np.zeros(steps, np.int64),
+        residual=np.full(steps, np.nan),
+        q=np.full((kept, plates, n), np.nan),
+        disk=np.full((steps, plates + 1, 3), np.nan),
+        tension=np.full((kept, plates, cables), np.nan),
+        moment=np.full((kept, plates, n + 2), np.nan),
+        slip=np.full((kept if history else 0, plates, cables), np.nan),
+        beyond=np.full((kept if history else 0, plates, cables), np.nan),
+        slider=np.full((kept, plates, n, chain.hysteresis.slipping), np.nan),
+        lowest=np.full(steps if eigenvalue else 0, np.nan),
+        block=np.full((0 if not eigenvalue or has_closed_form(chain) else steps, plates, n, n), np.nan),
+    )
+    path.disk[:, 0] = 0.0
+    return path
+
+
+def _solve_independent_steps(problem: _Problem, path: Path, eigenvalue: bool) -> np.ndarray:
+    """Solve the steps that depend on no other one side by side and write them to `path`; returns a mask (s,)."""
+    rows = problem.rows
+    alone, done = stand_alone(problem.chain, rows, problem.anew, eigenvalue), np.zeros(len(problem.anew), bool)
+    if alone.any():
+        space = lane_space(problem.packed)
+        solve_side_by_side(problem.packed, rows.tension[1:], rows.slip[1:], alone, space, path, done)
+    return done
+
+
+def _follow_steps(problem: _Problem, path: Path, space: PathSpace, done: np.ndarray) -> None:
+    """Solve the steps that are not `done` one after the other, and write them to `path`."""
+    chain, packed, modes = problem.chain, problem.packed, problem.modes
+    load_path, history = rows_of_loads(problem.rows), chain.presliding > 0
+    onset = Way(np.stack([np.zeros_like(load_path[0]), load_path[0]]), np.array([0, 1]))
+    program = Program(onset, Way(load_path, np.zeros(2, np.int64)), problem.dead, problem.anew, done)
+    memory = history_space(chain, packed, space) if history else None
+    columns = modes.shape[2] if modes is not None else 2 + chain.offset.shape[1] if history else 2
+    follow(packed, program, modes, space, memory, scratch(packed, columns), path)
+
+
+def _outcomes(status: np.ndarray, anew: np.ndarray) -> np.ndarray:
+    """(s,) outcome of each step, as far as it is known without eigenvalues, from the first column of `Path.status`."""
+    failed = status < 0
+    outcome = np.where(failed, Outcome.NO_EQUILIBRIUM, Outcome.CONVERGED).astype(np.int8)
+    outcome[status == JUMPED] = Outcome.LIMIT_POINT
+    outcome[status == GAVE_UP] = Outcome.GAVE_UP
+    outcome[~failed & left_out(failed, anew)] = Outcome.DETOUR
+    return outcome
+
+
+def _find_lowest(problem: _Problem, path: Path, failed: np.ndarray) -> None:
+    """Write the lowest eigenvalues that the solve itself has not written to `path.lowest`.
+
+    That of a `failed` step is of the last state on the way to it.
+    """
+    packed, rows = problem.packed, problem.rows
+    if len(path.block):
+        path.lowest[:] = lowest_of_blocks(path.block)
+    starts = np.where(problem.anew, 0, last_solved(failed))
+    for s in np.flatnonzero(np.isnan(path.lowest)):
+        if problem.chain.presliding > 0:
+            for name, values in (("slip", path.slip), ("new_slip", path.slip), ("beyond", path.beyond)):
+                packed.span[name] = values[s]
+            packed.span["sticks"] = np.abs(path.slip[s]) < 1
+        packed.plate["slider"][:-1, :, : problem.chain.hysteresis.slipping] = path.slider[s]
+        share = path.reached[s] if failed[s] else 1.0
+        step = Loads(*((1 - share) * field[starts[s]] + share * field[s + 1] for field in rows))
+        slip = step.slip if starts[s] else rows.slip[s + 1]
+        step = step._replace(tension=np.maximum(step.tension, 0.0), slip=slip)
+        path.lowest[s] = lowest_under_load(packed, problem.modes, step, path.q[s])
+
+
+def _lowest_at_rest(problem: _Problem) -> float:
+    """Lowest eigenvalue of the chain without loads, N m/rad."""
+    problem.packed.span["sticks"], problem.packed.plate["slider"] = False, 0.0
+    unloaded = Loads(*(field[0] for field in no_loads(problem.chain)))
+    return lowest_under_load(problem.packed, problem.modes, unloaded, problem.chain.rest)
