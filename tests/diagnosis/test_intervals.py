@@ -9,7 +9,7 @@ from prb3r.diagnosis.confidence import NORMAL_REACH
 from prb3r.diagnosis.fit.least_squares import fit
 from prb3r.diagnosis.fit.profile import linear_interval, profile
 from prb3r.diagnosis.result.spread import (
-    SaidOfParameter,
+    SplitNormal,
     ends_over_models,
     number_of_constant,
     number_of_share,
@@ -40,15 +40,15 @@ def normal_ends(fitted, number):
 
 def test_a_quantile_is_that_of_draws_from_all_models():
     told = [
-        SaidOfParameter(0.5, 0.0, 1.0, 1.0),
-        SaidOfParameter(0.3, 4.0, 0.5, 0.5),
-        SaidOfParameter(0.2, -3.0, 2.0, 2.0),
+        SplitNormal(0.5, 0.0, 1.0, 1.0),
+        SplitNormal(0.3, 4.0, 0.5, 0.5),
+        SplitNormal(0.2, -3.0, 2.0, 2.0),
     ]
     rng = np.random.default_rng(0)
     draws = np.concatenate([rng.normal(each.value, each.below, int(2e5 * each.probability)) for each in told])
     for share in (0.025, 0.3, 0.975):
         assert quantile_over_models(told, share) == pytest.approx(np.quantile(draws, share), abs=0.03)
-    assert quantile_over_models([SaidOfParameter(1.0, 2.0, 1.0, 3.0)], 0.975) == pytest.approx(2.0 + 3 * NORMAL_REACH)
+    assert quantile_over_models([SplitNormal(1.0, 2.0, 1.0, 3.0)], 0.975) == pytest.approx(2.0 + 3 * NORMAL_REACH)
 
 
 def test_an_interval_holds_what_every_probable_model_says(calibrated, effects):

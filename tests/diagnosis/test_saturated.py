@@ -19,7 +19,7 @@ from prb3r.diagnosis.search.pairs import paired, softening_to_a_stop
 from prb3r.diagnosis.search.pool import Pool
 from prb3r.diagnosis.search.saturated import FORMS, common_of_whole_rig, eliminated, saturated
 from prb3r.diagnosis.search.selection import choose, explore_until_settled
-from prb3r.diagnosis.search.starts import beside, lead, search_effects
+from prb3r.diagnosis.search.starts import add_refitted, mean_log_odds, search_effects
 from prb3r.diagnosis.search.worth import worth
 from prb3r.diagnosis.stages import calibrate, doubt
 
@@ -128,9 +128,9 @@ def test_of_two_choices_the_one_with_what_is_there_leads_under_the_noise_of_eith
     assert "disk_contact" in whole.kinds
     assert part.structured
     best, lesser = (each.survivors[0].fitted for each in (whole, part))
-    ahead = lead(best, lesser, doubted.search)
+    ahead = mean_log_odds(best, lesser, doubted.search)
     assert ahead > 10
-    assert lead(lesser, best, doubted.search) == pytest.approx(-ahead)
+    assert mean_log_odds(lesser, best, doubted.search) == pytest.approx(-ahead)
 
 
 def test_plates_that_soften_until_something_stops_them_are_found_together(doubted):
@@ -225,7 +225,7 @@ def test_what_another_search_ended_in_stands_beside_the_best_under_its_noise(dou
             fitted.model.predict, fitted.solved, fitted.model.settings
         )
     )
-    beside([other], louder)
+    add_refitted([other], louder)
     there = louder.fits[frozenset(other.model.hypotheses)]
     assert there.model.noise is louder.best.model.noise
     assert there.chi2 < 0.5 * other.chi2  # twice the noise

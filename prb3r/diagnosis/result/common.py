@@ -11,7 +11,12 @@ import numpy as np
 from prb3r.diagnosis.confidence import NORMAL_REACH
 from prb3r.diagnosis.fit.joint import JointModel
 from prb3r.diagnosis.result.statements import IN_WORDS, Estimate
-from prb3r.diagnosis.search.agreement import Compared, Told, log_bayes_factor, shared_parameters
+from prb3r.diagnosis.search.agreement import (
+    ParameterEstimate,
+    SharedParameterEstimates,
+    log_bayes_factor,
+    shared_parameters,
+)
 from prb3r.diagnosis.search.together import Together
 from prb3r.diagnosis.settings.sharing import SharingSettings
 from prb3r.markdown import listed, quoted
@@ -214,12 +219,12 @@ def _unshared(together: Together, names: Sequence[str]) -> dict[str, tuple[str, 
     return owners
 
 
-def _shared(compared: Compared, together: Together, names: Sequence[str]) -> SharedParameter:
+def _shared(compared: SharedParameterEstimates, together: Together, names: Sequence[str]) -> SharedParameter:
     """A compared parameter in its unit, with what is concluded on sharing it."""
     settings = together.fitted.model.settings
     file_name = CONSTANT_FILES.get(compared.name, compared.name)
 
-    def estimate(told: Told) -> Estimate:
+    def estimate(told: ParameterEstimate) -> Estimate:
         reach = NORMAL_REACH * told.sd if np.isfinite(told.sd) else 0.0
         ends = [told.u, told.u - reach, told.u + reach]
         if compared.free is None:

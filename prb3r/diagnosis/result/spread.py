@@ -17,8 +17,8 @@ TAIL_REACH = 8.0
 """Standard deviations beyond which a normal distribution counts as zero."""
 
 
-class SaidOfParameter(NamedTuple):
-    """The distribution of a parameter under one model: normal to either side of its best value."""
+class SplitNormal(NamedTuple):
+    """The distribution of a parameter under one model: a split normal, with a standard deviation for either side."""
 
     probability: float
     """Posterior probability of the model."""
@@ -30,9 +30,9 @@ class SaidOfParameter(NamedTuple):
     """Standard deviation toward larger values."""
 
 
-def quantile_over_models(told: Sequence[SaidOfParameter], share: float) -> float:
+def quantile_over_models(distributions: Sequence[SplitNormal], share: float) -> float:
     """The value below which a parameter lies with the probability `share`, averaged over models."""
-    probability, value, below, above = (np.array(column) for column in zip(*told, strict=True))
+    probability, value, below, above = (np.array(column) for column in zip(*distributions, strict=True))
     probability = probability / probability.sum()
 
     def beyond(at: float) -> float:
@@ -46,16 +46,15 @@ def quantile_over_models(told: Sequence[SaidOfParameter], share: float) -> float
 def ends_over_models(
     choice: Choice, number: int, where: Callable[[Model], int | None], ends: tuple[float, float]
 ) -> tuple[float, float]:
-    """The ends of the 95 % interval of a parameter of the chosen model, widened to what other surviving models say of
-    it.
+    """The ends of the 95 % interval of a parameter of the chosen model, widened by the other surviving models.
 
     Parameters
     ----------
-    choice : its survivors other than the chosen model count with their linearised standard deviations or, where these
+    choice : the survivors other than the chosen model count with their linearised standard deviations or, where these
         are wrong, with those of the chosen model.
-    number : of the parameter in the chosen model.
-    where : gives the number of the parameter in another model; None for a model that lacks it.
-    ends : of the interval that the chosen model alone gives, in the parameter's own scale.
+    number : index of the parameter in the chosen model.
+    where : returns the index of the parameter in another model; None for a model that lacks it.
+    ends : the interval of the chosen model alone, in the parameter's own scale.
 
     Returns
     -------
@@ -68,17 +67,17 @@ def ends_over_models(
         survivor.probability for survivor in others
     )
     sides = [max(abs(end - value) / NORMAL_REACH, LEAST_SD) for end in ends]
-    told = [SaidOfParameter(probability, value, *sides)]
+    distributions = [SplitNormal(probability, value, *sides)]
     for survivor in others:
         fitted, there = survivor.fitted, where(survivor.fitted.model)
         if there is not None and np.isfinite(sd := _deviation(fitted, there)):
             far = sd > chosen.model.settings.linear_interval_factor * min(sides)
             wrong = far and linear_interval(fitted, there) is None
-            told.append(SaidOfParameter(survivor.probability, fitted.p[there], *(sides if wrong else (sd, sd))))
-    if len(told) == 1 or probability <= 0:
+            distributions.append(SplitNormal(survivor.probability, fitted.p[there], *(sides if wrong else (sd, sd))))
+    if len(distributions) == 1 or probability <= 0:
         return ends
     low, high = (bound[number] for bound in chosen.model.bounds(chosen.p))
-    wide = quantile_over_models(told, TAIL), quantile_over_models(told, 1 - TAIL)
+    wide = quantile_over_models(distributions, TAIL), quantile_over_models(distributions, 1 - TAIL)
     return min(ends[0], max(wide[0], low)), max(ends[1], min(wide[1], high))
 
 

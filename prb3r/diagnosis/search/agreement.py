@@ -1,4 +1,4 @@
-"""Whether recordings agree: every shared parameter as each of them tells it alone, and the Bayes factor of sharing."""
+"""Whether recordings agree: shared parameters estimated from each recording alone, and the Bayes factor of sharing."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -15,7 +15,7 @@ from prb3r.diagnosis.search.together import Alone, Together
 from prb3r.diagnosis.settings import Settings
 
 
-class Told(NamedTuple):
+class ParameterEstimate(NamedTuple):
     """Estimate of a parameter, in its own scale `u`."""
 
     u: float
@@ -23,7 +23,7 @@ class Told(NamedTuple):
     """Standard deviation of `u`; infinite where the readings do not tell it (`Settings.untold_share`)."""
 
 
-class Compared(NamedTuple):
+class SharedParameterEstimates(NamedTuple):
     """A shared parameter: estimates from all recordings together, and from each alone with the same effects."""
 
     effect: str
@@ -31,9 +31,9 @@ class Compared(NamedTuple):
     name: str
     rigs: tuple[int, ...]
     """Numbers of the rigs that share it."""
-    joint: Told
+    joint: ParameterEstimate
     """From the joint fit."""
-    alone: tuple[Told, ...]
+    alone: tuple[ParameterEstimate, ...]
     """From each recording, in the order of `rigs`."""
     free: Free | None
     """Turns `u` into a value; None: a constant, whose `u` is the ln of a factor on the nominal value."""
@@ -42,8 +42,7 @@ class Compared(NamedTuple):
 
     @property
     def p(self) -> float:
-        """Chance that recordings tell values this far apart if the true value is the same (chi-square test of equal
-        means); 1 where fewer than two tell it."""
+        """p-value of the chi-square test that recordings have the same value; 1 if fewer than two determine it."""
         known = np.array([told for told in self.alone if np.isfinite(told.sd)])
         if len(known) < 2:
             return 1.0
@@ -51,7 +50,7 @@ class Compared(NamedTuple):
         return float(chi2_tail(weight @ (value - weight @ value / weight.sum()) ** 2, len(known) - 1))
 
 
-def shared_parameters(together: Together) -> Iterator[Compared]:
+def shared_parameters(together: Together) -> Iterator[SharedParameterEstimates]:
     """All shared constants of the chosen joint model, then all shared parameters of its effects."""
     fitted = together.fitted
     model, covariance = fitted.model, fitted.covariance
@@ -59,13 +58,13 @@ def shared_parameters(together: Together) -> Iterator[Compared]:
     alone = [fit(part.model, part.p) or part for part in parts]
     deviations = [np.sqrt(np.diag(single.covariance)) for single in alone]
 
-    def told(rig: int, row: int) -> Told:
+    def told(rig: int, row: int) -> ParameterEstimate:
         single, sd = alone[rig], float(deviations[rig][row])
         untold = sd > single.model.settings.untold_share * single.model.deviations[row]
-        return Told(float(single.p[row]), np.inf if untold else sd)
+        return ParameterEstimate(float(single.p[row]), np.inf if untold else sd)
 
-    def joint(column: int) -> Told:
-        return Told(float(fitted.p[column]), float(np.sqrt(covariance[column, column])))
+    def joint(column: int) -> ParameterEstimate:
+        return ParameterEstimate(float(fitted.p[column]), float(np.sqrt(covariance[column, column])))
 
     for column, (name, rigs) in enumerate(model.varied):
         if len(rigs) > 1:
@@ -75,13 +74,13 @@ def shared_parameters(together: Together) -> Iterator[Compared]:
                 for hypothesis in model.hypotheses
                 if hypothesis.parted is not None and hypothesis.parting and hypothesis.parting.name == name
             )
-            yield Compared("", name, rigs, joint(column), singly, None, parted)
+            yield SharedParameterEstimates("", name, rigs, joint(column), singly, None, parted)
     for hypothesis, span in zip(model.hypotheses, model.spans, strict=True):
         for place, slot in enumerate(hypothesis.slots):
             if slot.rig is None and len(hypothesis.rigs) > 1:
                 rows = [int(np.flatnonzero(model.maps[rig][:, span.start + place])[0]) for rig in hypothesis.rigs]
                 singly = tuple(told(rig, row) for rig, row in zip(hypothesis.rigs, rows, strict=True))
-                yield Compared(
+                yield SharedParameterEstimates(
                     hypothesis.name, slot.free.name, hypothesis.rigs, joint(span.start + place), singly, slot.free, ()
                 )
 
@@ -90,8 +89,8 @@ def log_bayes_factor(together: Together) -> float:
     """ln of the Bayes factor of sharing: evidence of the best joint model over the product of the evidences of the best
     model of each recording by itself.
 
-    Each side counts one set of effects, as if there were no other, and both count under one noise: that under which the
-    joint models survive, which is larger than what was found where they leave something unexplained.
+    Either side takes its best set of effects only, without averaging over sets.  Both are computed under the noise of
+    the surviving joint models, which is larger than the estimated one if these leave something unexplained.
     """
     survivors: list[Any] = [survivor.fitted for survivor in together.survivors]
     joint = max(whole_evidence(fitted, together.search.log_odds) for fitted in survivors)
@@ -122,8 +121,11 @@ def _by_itself(alone: Alone, joined: Alone, noise: Noise) -> Iterator[Any]:
 
 
 def whole_evidence(fitted: Any, log_odds: Any) -> float:
-    """ln of the Laplace evidence of a fit or joint fit, with the integral over the constants that `log_evidence` leaves
-    out; a flat prior counts as having the spread of handbook values (`Settings.modulus_sd`, `Settings.friction_sd`)."""
+    """ln of the Laplace evidence of a fit or joint fit, including the integral over the constants.
+
+    :func:`log_evidence` leaves that integral out.  Flat priors are replaced by the spread of handbook values
+    (`Settings.modulus_sd`, `Settings.friction_sd`), as the evidence of an improper prior is not defined.
+    """
     settings: Settings = fitted.model.settings
     constants = len(fitted.model.varied)
     names = [name if isinstance(name, str) else name[0] for name in fitted.model.varied]

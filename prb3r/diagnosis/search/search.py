@@ -1,4 +1,4 @@
-"""What a search for effects is given, and the score test of what a fit leaves."""
+"""The input of a search for effects, and the score test of the residuals of a fit."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -21,20 +21,20 @@ Done = TypeVar("Done")
 
 @dataclass(frozen=True)
 class Search:
-    """What a search is given: the hypotheses that it chooses from, what was found before, and where tasks are run."""
+    """The input of a search: the hypotheses to choose from, effects found before, and where tasks are run."""
 
     library: tuple[Hypothesis, ...]
     """All hypotheses that may be in a model."""
     seed: int
-    """Of the draws that tell how large the largest score is by chance."""
+    """Seed of the draws that give the critical values of the largest score."""
     apply: Apply = serially
     """Runs full fits and costly tests, in this process or in workers."""
     assumed: Assumed = field(default_factory=Assumed)
-    """Effects that were found before: a start, with the prior probability `Settings.assumed_presence`."""
+    """Effects that were found before: a start of the search, with the prior probability `Settings.assumed_presence`."""
     start_from: Assumed = field(default_factory=Assumed)
-    """Effects to start from in the place of `assumed`, if there are any; their prior odds are those of any other."""
+    """Effects that replace `assumed` as a start, if there are any; they have the usual prior odds."""
     settings: Settings = Settings()
-    """From which the prior odds of the kinds of effects are taken."""
+    """Source of the prior odds."""
 
     @cached_property
     def log_odds(self) -> Mapping[Hypothesis, float]:
@@ -45,24 +45,29 @@ class Search:
 
     @cached_property
     def general_forms(self) -> tuple[Hypothesis, ...]:
-        """The library without special forms, such as gravity along one axis.
+        """The library without special forms of effects, such as gravity along one axis.
 
-        Models are sought with the general form, which leaves all ways open; special forms take its place in what is
-        found (:func:`prb3r.diagnosis.search.twins.in_special_forms`).
+        The search uses the general forms; :func:`prb3r.diagnosis.search.twins.in_special_forms` then tries special ones
+        in the models that are found.
         """
         return tuple(one for one in self.library if not any(other.generalises(one) for other in self.library))
 
     @property
+    def found_before(self) -> Assumed:
+        """The effects found before from which the search starts too: `start_from` if it has any, else `assumed`."""
+        return self.start_from if self.start_from.values else self.assumed
+
+    @property
     def here(self) -> "Search":
-        """A copy that runs its tasks serially, so that it can be sent to a worker process."""
+        """A copy that runs its tasks serially, for use in a worker process."""
         return replace(self, apply=serially)
 
     def until(
         self, function: Callable[[Any], Done], tasks: Sequence[Any], enough: Callable[[Done], bool]
     ) -> list[Done]:
-        """Results of `function` for the tasks in their order, up to and with the first result that is `enough`.
+        """Results of `function` for the tasks in their order, up to and including the first result that is `enough`.
 
-        Serially, the tasks behind it are not run; worker processes run all tasks at once.
+        In this process the tasks after it are not run; worker processes run all tasks at once.
         """
         found = list[Done]()
         for result in map(function, tasks) if self.apply is serially else self.apply(function, tasks):

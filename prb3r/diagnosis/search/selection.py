@@ -41,30 +41,30 @@ class Choice:
     scores_of_best: Scores
     """Score test of what the most probable model leaves, which may be larger than the chosen one."""
     smooth_moments: float
-    """Chance of as much smooth structure as the most probable model leaves (:func:`chance_of_smooth_moments`)."""
+    """The p-value of the smooth structure that the most probable model leaves (:func:`chance_of_smooth_moments`)."""
     chi2_threshold: float
-    """Chi-square of the chosen model from which on it is said to leave something."""
+    """Critical value of the chosen model's chi-square: above it the residuals are structured."""
     doubts: Doubts
     """Readings and weights that are not believed, and the noise level under which all is fitted."""
     level: EstimatedLevel
-    """The noise level as the best model tells it."""
+    """The noise level estimated from the best model."""
     exchanged: frozenset[Effects] = frozenset()
     """Sets of effects every one of whose effects was exchanged; `tried` holds the replacements too."""
     settled: frozenset[Hypothesis] = frozenset()
     """Effects that other recordings show too, so that no rival is sought for them on this one."""
     worth_of_first_start: float = -np.inf
-    """What the best model found from the first start is worth (`worth_of`)."""
+    """The worth of the best model found from the first start (`worth_of`)."""
     share_of_stated: float = 1.0
-    """Root mean square of what a structured choice leaves over the stated noise: below 1 where it is less than stated
-    everywhere, else 1 or more (function `share_of_stated`); 1 for a choice that is not structured."""
+    """Root mean square of the residuals of a structured choice over the stated noise: below 1 if they are smaller than
+    stated everywhere, else 1 or more (function `share_of_stated`); 1 for a choice that is not structured."""
 
     @property
     def structured(self) -> bool:
-        """Whether something is left that chance does not explain.
+        """Whether the residuals hold more than noise.
 
         Scores and smooth moments are those of the most probable model: what its further effects take up is explained,
-        though too weakly to be named.  With effects in it the stricter threshold of names holds, as the search has
-        tested before.
+        though too weakly for these to be named.  If it has effects, the stricter `Scores.naming` is the critical value,
+        as the search has already tested many models.
         """
         scores, again = self.scores_of_best, bool(self.survivors[0].effects)
         limit = scores.naming if again else scores.threshold
@@ -72,12 +72,12 @@ class Choice:
 
     @property
     def beyond_stated(self) -> bool:
-        """Whether what is left is structured, and more than the recording states of its accuracy."""
+        """Whether the residuals are structured and larger than the stated accuracy of the recording."""
         return self.structured and self.share_of_stated >= 1.0
 
     @property
     def smooth(self) -> bool:
-        """Whether missing moments are left that change smoothly from plate to plate or load to load, unlike noise."""
+        """Whether the residuals show missing moments that vary smoothly between plates or loads, unlike noise."""
         return self.smooth_moments < self.fitted.model.settings.naming_rate
 
     @property
@@ -96,11 +96,11 @@ class Choice:
         return presence_of(self.survivors)
 
     def refuted_by(self, refutes: Callable[[Fit], bool]) -> tuple[Survivor, ...]:
-        """The other surviving models that `refutes`; none where it refutes the chosen model too.
+        """The surviving models, other than the chosen one, that held-out data refute; none if the chosen one is too.
 
         Parameters
         ----------
-        refutes : whether unseen data, as sequences set aside, speak against a fit.
+        refutes : returns whether held-out data contradict a fit.
         """
         if refutes(self.fitted):
             return ()
@@ -116,8 +116,8 @@ class Choice:
     def probability_of(self, hypothesis: Hypothesis) -> float:
         """Probability that a chosen effect is present, at its place or another one.
 
-        Of several chosen effects of one kind, those of which the surviving models say the place most surely count
-        first: the second one is present where a model has two of the kind.
+        Several chosen effects of one kind are ranked by the probability of their places.  That of rank n is present in
+        the surviving models that have at least n effects of the kind.
         """
         same = [other for other in self.fitted.model.hypotheses if other.kind == hypothesis.kind]
         same.sort(key=lambda other: -sum(s.probability for s in self.survivors if other in s.effects))
@@ -127,8 +127,11 @@ class Choice:
 
     @property
     def likely(self) -> Mapping[str, float]:
-        """Probability of what is more likely present than absent, though the chosen model lacks it: of kinds of
-        effects, and of an effect at its place where the kind is chosen at others, by kind or name."""
+        """Probability of what the chosen model lacks although it is more likely present than absent.
+
+        These are kinds of effects, by kind, and, if the kind is chosen at other places, effects at their place, by
+        name.
+        """
         kinds = {kind: p for kind, p in self.presence.items() if kind not in self.kinds and p > 0.5}
         elsewhere = dict[str, float]()
         for survivor in self.survivors:
@@ -159,7 +162,7 @@ def presence_of(survivors: Sequence[Survivor]) -> Mapping[str, float]:
 
 
 class Explored(NamedTuple):
-    """A search that has come to an end, under the noise that its best model leaves."""
+    """A finished search, under the noise estimated from its best model."""
 
     pool: Pool
     doubts: Doubts
@@ -168,7 +171,7 @@ class Explored(NamedTuple):
     """The noise level as the best model of the pool tells it."""
 
     def sought_by(self, search: Search) -> "Explored":
-        """A copy whose pool goes on with another `search`, such as one that runs tasks in other worker processes."""
+        """A copy whose pool uses another `search`, such as one that runs tasks in other worker processes."""
         pool = copy(self.pool)
         pool.search = search
         return self._replace(pool=pool)
@@ -210,8 +213,11 @@ def explore_until_settled(pool: Pool, search: Search, doubts: Doubts) -> Explore
 
 
 def exchange_effects(explored: Explored, search: Search) -> Explored:
-    """Exchange every effect of the chosen model for others; search on as long as that finds a better model, at most
-    `Settings.exchanges` times; then try special forms of the effects of all surviving models."""
+    """Exchange the effects of the chosen model for others, and try special forms of those of all surviving models.
+
+    Exchanges are repeated, each time followed by another search, as long as they find a better model, at most
+    `Settings.exchanges` times.
+    """
     for _ in range(explored.pool.settings.exchanges):
         if not explored.pool.exchange(explored.chosen()):
             break
@@ -223,13 +229,13 @@ def exchange_effects(explored: Explored, search: Search) -> Explored:
 
 
 def choose(explored: Explored, search: Search) -> Choice:
-    """The choice at the end of a search, with tests of what the chosen and the most probable model leave.
+    """The choice at the end of a search, with tests of the residuals of the chosen and of the most probable model.
 
-    What a model leaves beyond noise the evidence does not ask.  A model that leaves nothing counts in the place of the
-    most probable one if that leaves something and is not strongly more probable (`Settings.simpler_reach`); all its
-    effects must be named then.  Those within `Settings.better_exchanged` are as probable as it, as so small a
-    difference hangs on rounding: of them the one that names the fewest effects comes first.  Where all leave something,
-    the most probable counts.
+    The evidence does not tell whether a model leaves structured residuals.  If the most probable model does, another
+    one that leaves none takes its place, unless the former is strongly more probable (`Settings.simpler_reach`); all
+    effects of the other model must then be named.  Models within `Settings.better_exchanged` of the most probable one
+    count as equally probable, as so small a difference depends on rounding; the one that names the fewest effects is
+    taken first.  If all leave structured residuals, the most probable model is kept.
     """
     survivors, settings = explored.pool.survivors(), explored.pool.settings
     behind = {survivor: survivors[0].log_evidence - survivor.log_evidence for survivor in survivors}
@@ -250,7 +256,7 @@ def choose(explored: Explored, search: Search) -> Choice:
 
 
 def _choice_of(survivors: tuple[Survivor, ...], explored: Explored, search: Search) -> Choice:
-    """The choice where the first of the `survivors` counts as the most probable model."""
+    """The choice if the first of the `survivors` is taken as the most probable model."""
     pool, best = explored.pool, survivors[0]
     chosen = polished(simplest(survivors, pool.settings))
     scores = examine(chosen, search)

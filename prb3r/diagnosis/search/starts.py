@@ -1,4 +1,5 @@
-"""The starts of a search: what small loads show first, all common effects at once, plates that soften until a stop."""
+"""The starts of a search: effects that explain the small loads, all common effects at once, plates that soften until a
+stop."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -21,48 +22,48 @@ from prb3r.diagnosis.search.worth import worth_of
 
 
 def search_effects(calibrated: Fit, search: Search, doubts: Doubts, least_worth: float = -np.inf) -> Choice:
-    """The choice of effects that a search from several starts finds.
+    """The choice of effects by a search from several starts.
 
-    Where the constants alone leave little, the only start is the constants and what was found before.  Otherwise:
+    If the constants alone leave little unexplained, the only start is the constants and the effects found before.
+    Otherwise the starts are these:
 
-    1. What explains the small loads, under which a rig is nearly linear.  It leads into one valley, which may explain
-       the recording and yet be far from the best: sets that explain large loads by other means are not seen from it.
-    2. All common effects at once, unless they leave most of the chi-square of the constants.  Left out where the search
+    1. The effects that explain the small loads, under which a rig is nearly linear.  This start leads into one valley,
+       which may explain the recording and yet be far from the best: sets of effects that explain the large loads
+       otherwise cannot be reached from it.
+    2. All common effects at once, unless they leave most of the chi-square of the constants.  Left out if the search
        from 1 explains the recording with few effects.
-    3. Where neither explains it: the fits of backward elimination from all common effects.
-    4. Where much is still unexplained: plates that soften until something stops them.  Left out where `least_worth` is
-       given.
+    3. If neither explains it: the fits of backward elimination from all common effects.
+    4. If much is still unexplained: plates that soften until something stops them.  Left out if `least_worth` is given.
 
-    Where a prediction is slow the constants alone are the only other start, tried if 1 does not explain the recording.
-    From the best end the search goes on by exchanging effects, with the best models of the other ends in its pool.
+    If a prediction is slow, the constants alone are the only start beside 1, tried if 1 does not explain the recording.
+    The search then goes on from the best result by exchanging effects, with the best models of the other starts in its
+    pool.
 
     Parameters
     ----------
-    least_worth : the search ends after the first start where its end is worth less (:func:`worth_of`).
+    least_worth : the search results after the first start if the worth reached (:func:`worth_of`) is less than this.
     """
-    known = search.start_from if search.start_from.values else search.assumed
-    beginning = _Beginning(calibrated, fit_assumed(calibrated, known), search, doubts)
-    ends = _ends(beginning, least_worth)
-    worth_of_first_start, best = ends[0].worth(search), ends[0]
-    for other in ends[1:]:
-        best = other if lead(other.best, best.best, search) > calibrated.model.settings.better_exchanged else best
+    results = _from_all_starts(_beginning(calibrated, search, doubts), least_worth)
+    worth_of_first_start, best = results[0].worth(search), results[0]
+    for other in results[1:]:
+        if mean_log_odds(other.best, best.best, search) > calibrated.model.settings.better_exchanged:
+            best = other
     explored = best.explored.sought_by(search)
-    beside([end.best for end in ends if end is not best], explored.pool)
+    add_refitted([result.best for result in results if result is not best], explored.pool)
     settled = explored if worth_of_first_start < least_worth else exchange_effects(explored, search)
     return replace(choose(settled, search), worth_of_first_start=worth_of_first_start)
 
 
 def search_from_known(calibrated: Fit, search: Search, doubts: Doubts) -> Choice:
-    """The choice of effects that a search from the constants alone and from what was found before finds."""
-    known = search.start_from if search.start_from.values else search.assumed
-    return choose(_from_known(_Beginning(calibrated, fit_assumed(calibrated, known), search, doubts)).explored, search)
+    """The choice of effects by a search from the constants alone and from the effects found before."""
+    return choose(_from_known(_beginning(calibrated, search, doubts)).explored, search)
 
 
-def _ends(beginning: "_Beginning", least_worth: float) -> list["_End"]:
-    """The ends of the searches from all starts; the first alone where that is worth less than `least_worth`.
+def _from_all_starts(beginning: "_Beginning", least_worth: float) -> list["_Result"]:
+    """The results of the searches from all starts; of the first alone if its worth is below `least_worth`.
 
-    Small loads and all common effects are searched from side by side, one worker each, unless `least_worth` may make
-    the second needless.
+    The searches from small loads and from all common effects run side by side, one worker each, unless `least_worth`
+    may make the second unnecessary.
     """
     calibrated, _, search, _ = beginning
     if calibrated.reduced <= calibrated.model.settings.gross:
@@ -72,46 +73,50 @@ def _ends(beginning: "_Beginning", least_worth: float) -> list["_End"]:
         return [first] if first.explains or first.worth(search) < least_worth else [first, _from_known(beginning)]
     alone = beginning._replace(search=search.here)
     sides = [(_from_small_loads, alone), (_from_full_side, alone)]
-    ends = []
+    results = []
     if least_worth > -np.inf:
-        ends, sides = [_from_small_loads(beginning)], sides[1:]
-        if _plain(ends[0]) or ends[0].worth(search) < least_worth:
-            return ends
-    ends += [end for end in search.until(_from_side, sides, _plain) if end is not None]
-    full = ends[-1].started_from if len(ends) == 2 else None
-    if full is not None and not any(end.explains for end in ends):
-        ends.append(_from_known(beginning, *eliminated(full, search)))
-    if least_worth == -np.inf and all(end.best.reduced > calibrated.model.settings.gross for end in ends):
-        ends.append(_from_known(beginning, *paired(calibrated, search)))
-    return ends
+        results, sides = [_from_small_loads(beginning)], sides[1:]
+        if _is_simple(results[0]) or results[0].worth(search) < least_worth:
+            return results
+    results += [result for result in search.until(_from_side, sides, _is_simple) if result is not None]
+    full = results[-1].started_from if len(results) == 2 else None
+    if full is not None and not any(result.explains for result in results):
+        results.append(_from_known(beginning, *eliminated(full, search)))
+    if least_worth == -np.inf and all(result.best.reduced > calibrated.model.settings.gross for result in results):
+        results.append(_from_known(beginning, *paired(calibrated, search)))
+    return results
 
 
-def beside(others: Sequence[Fit], pool: Pool) -> None:
-    """Add the best models of `others` to a pool, refitted under its noise, so that they survive where they are as
-    probable."""
+def add_refitted(others: Sequence[Fit], pool: Pool) -> None:
+    """Add the models of `others` to a pool, refitted under the pool's noise."""
     for other in others:
         pool.add(fit(replace(other.model, noise=pool.best.model.noise), other.p))
 
 
+def _beginning(calibrated: Fit, search: Search, doubts: Doubts) -> "_Beginning":
+    """The common input of the searches from all starts."""
+    return _Beginning(calibrated, fit_assumed(calibrated, search.found_before), search, doubts)
+
+
 class _Beginning(NamedTuple):
-    """What the search from every start has in common."""
+    """The input that the searches from all starts have in common."""
 
     calibrated: Fit
     """The constants alone."""
     known: Fit | None
-    """The model with the effects that were found before (`Search.start_from`, else `Search.assumed`); None without."""
+    """The model with the effects found before (`Search.found_before`); None if there are none."""
     search: Search
     doubts: Doubts
 
 
-class _End(NamedTuple):
-    """Where the search from one start has come to rest."""
+class _Result(NamedTuple):
+    """The result of the search from one start."""
 
     explored: Explored
     explains: bool
-    """Whether the chosen model leaves nothing that noise does not explain."""
+    """Whether the chosen model leaves nothing but noise."""
     started_from: Fit | None
-    """The fit that it started from, beside the constants and what was known before; None without one."""
+    """The fit that the search started from, beside the constants and the effects found before; None if it had none."""
 
     @property
     def best(self) -> Fit:
@@ -119,39 +124,41 @@ class _End(NamedTuple):
         return self.explored.pool.survivors()[0].fitted
 
     def worth(self, search: Search) -> float:
-        """What the most probable model is worth (:func:`worth_of`)."""
+        """The worth of the most probable model (:func:`worth_of`)."""
         return worth_of(self.best, self.explored.level.level, search)
 
 
-def _plain(end: _End | None) -> bool:
-    """Whether an end explains the recording with fewer than `Settings.several_effects`, so that no other start is
-    needed."""
-    if end is None or not end.explains:
+def _is_simple(result: _Result | None) -> bool:
+    """Whether a result explains the recording with fewer than `Settings.several_effects` effects, so that no other
+    start is needed."""
+    if result is None or not result.explains:
         return False
-    return len(end.best.model.hypotheses) < end.best.model.settings.several_effects
+    return len(result.best.model.hypotheses) < result.best.model.settings.several_effects
 
 
-def _from_side(task: tuple[Callable[[_Beginning], _End | None], _Beginning]) -> _End | None:
+def _from_side(task: tuple[Callable[[_Beginning], _Result | None], _Beginning]) -> _Result | None:
     side, beginning = task
     return side(beginning)
 
 
-def _from_known(beginning: _Beginning, *begun: Fit | None) -> _End:
-    """The end of a search from the constants alone, from what was found before, and from the fits `begun`."""
+def _from_known(beginning: _Beginning, *begun: Fit | None) -> _Result:
+    """The result of a search from the constants alone, from the effects found before, and from the fits `begun`."""
     calibrated, known, search, doubts = beginning
     pool = Pool(search, calibrated.model.settings, [calibrated, known, *begun])
     explored = explore_until_settled(pool, search, doubts)
-    return _End(explored, not choose(explored, search).structured, begun[0] if begun else None)
+    return _Result(explored, not choose(explored, search).structured, begun[0] if begun else None)
 
 
-def _from_small_loads(beginning: _Beginning) -> _End:
-    """The end of a search from the model that explains the small loads."""
+def _from_small_loads(beginning: _Beginning) -> _Result:
+    """The result of a search from the model that explains the small loads."""
     return _from_known(beginning, from_small_loads(beginning.calibrated, beginning.search, beginning.doubts))
 
 
-def _from_full_side(beginning: _Beginning) -> _End | None:
-    """The end of a search from all common effects at once; None where they leave most of the chi-square of constants
-    alone (`Settings.saturated_leaves`).  Without such a fit the search is from the constants alone."""
+def _from_full_side(beginning: _Beginning) -> _Result | None:
+    """The result of a search from all common effects at once, or from the constants alone if these cannot be fitted.
+
+    None if the fit leaves most of the chi-square of the constants alone (`Settings.saturated_leaves`).
+    """
     calibrated = beginning.calibrated
     full = saturated(calibrated, beginning.search, beginning.doubts)
     if full is not None and full.chi2 >= calibrated.model.settings.saturated_leaves * calibrated.chi2:
@@ -159,10 +166,10 @@ def _from_full_side(beginning: _Beginning) -> _End | None:
     return _from_known(beginning, full)
 
 
-def lead(model: Fit, other: Fit, search: Search) -> float:
-    """ln of the posterior odds of a model against another.
+def mean_log_odds(model: Fit, other: Fit, search: Search) -> float:
+    """ln of the posterior odds of a model against another that was found under another noise.
 
-    Each was found under a noise of its own: both are fitted under each of the two, and the mean of the ln odds counts.
+    Both are fitted under the noise of each, and the two ln odds are averaged.
     """
     total, rivals = 0.0, (model, other)
     for noise in [rival.model.noise for rival in rivals]:
