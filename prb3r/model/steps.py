@@ -231,8 +231,6 @@ def _frame(columns: Mapping[str, Any], where: str) -> pd.DataFrame:
         raise SpecError(Problem(where, f"is no table of steps: {error}")) from None
 
 
-def sequences_of(
-    manipulator: Manipulator, steps: pd.DataFrame | Mapping[str, Any] | str | Path, where: str = "steps"
-) -> list[LoadSequence]:
+def sequences_of(manipulator: Manipulator, steps: pd.DataFrame | Mapping[str, Any] | str | Path) -> list[LoadSequence]:
     """The sequences of a table of steps, each by itself; parameters and errors are those of :func:`load_steps`."""
-    return list(load_steps(manipulator, steps, where).sequences())
+    return list(load_steps(manipulator, steps).sequences())

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from prb3r.diagnosis.evidence.outliers import Doubts, NotedWeight, outlier_inflation
+from prb3r.diagnosis.evidence.outliers import Doubts, outlier_inflation
 from prb3r.diagnosis.fit.covariance import Noise
 from prb3r.diagnosis.fit.prediction import Predictor, Solution
 from prb3r.diagnosis.settings import Settings
@@ -41,15 +41,9 @@ class HeldOut:
         return float(min((self.chi2_calibrated - self.chi2_explained) / excess, 1.0)) if excess > 0 else 0.0
 
 
-def noise_under(
-    predict: Predictor, solved: Solution, settings: Settings, doubted: tuple[NotedWeight, ...] = ()
-) -> Noise:
-    """Covariance of readings about a solution at the stated noise level.
-
-    Gross outliers are weighed down, as are all readings of steps with a `doubted` weight.
-    """
-    doubts = Doubts(outlier_inflation(predict, solved.readings, settings), doubted)
-    return doubts.noise(predict, solved, settings)
+def noise_under(predict: Predictor, solved: Solution, settings: Settings) -> Noise:
+    """Covariance of readings about a solution at the stated noise level, with gross outliers weighed down."""
+    return Doubts(outlier_inflation(predict, solved.readings, settings)).noise(predict, solved, settings)
 
 
 def compared(predict: Predictor, noise: Noise, calibrated: np.ndarray, explained: np.ndarray) -> HeldOut:

@@ -155,15 +155,9 @@ class Doubts:
         doubted = np.isin(recording.readings.step, [weight.step for weight in self.weights])
         return np.where(doubted, settings.disbelief, self.inflation)
 
-    def noise(
-        self, predict: Predictor, solved: Solution, settings: Settings, uncertain: np.ndarray | None = None
-    ) -> Noise:
-        """The covariance of the readings around a solution: reading noise, scatter of the tensions, tolerances.
-
-        `uncertain`: (r, k) change of the readings by one standard deviation of whatever else is not known.
-        """
+    def noise(self, predict: Predictor, solved: Solution, settings: Settings) -> Noise:
+        """The covariance of the readings around a solution: reading noise, scatter of the tensions, tolerances."""
         recording, moved = predict.recording, tolerances(predict, solved).moved
-        moved = moved if uncertain is None else np.hstack([moved, uncertain])
         sensitivity = tension_response(predict, solved)
         return noise_of(recording, sensitivity, self.inflated(recording, settings), self.level, moved)
 

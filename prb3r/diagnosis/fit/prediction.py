@@ -82,9 +82,9 @@ class Predictor:
             allowance=self.settings.allowance,
         )
 
-    def solve(self, constants: Constants, effects: Sequence[Effect] = (), loads: Loads | None = None) -> Solution:
-        """States and readings of all steps, ready to be differentiated; under `loads` instead of the recorded ones."""
-        chain, loads = self.chain_of(constants, effects), loads or self.recording.loads
+    def solve(self, constants: Constants, effects: Sequence[Effect] = ()) -> Solution:
+        """States and readings of all recorded steps, with what is needed to differentiate them."""
+        chain, loads = self.chain_of(constants, effects), self.recording.loads
         path = None if chain.closure else self._path(chain, loads)
         states = path.equilibria if path else self._equilibria(chain, loads)
         readings = self.read(states, constants, effects)

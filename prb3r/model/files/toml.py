@@ -28,13 +28,8 @@ MOST_BYTES = 2**24
 _Model = TypeVar("_Model", bound=BaseModel)
 
 
-def read_toml(path: str | Path, model: type[_Model], context: Any = None) -> _Model:
+def read_toml(path: str | Path, model: type[_Model]) -> _Model:
     """The TOML file at `path` as an instance of `model`.
-
-    Parameters
-    ----------
-    context
-        Passed on to the validators of `model`.
 
     Raises
     ------
@@ -60,7 +55,7 @@ def read_toml(path: str | Path, model: type[_Model], context: Any = None) -> _Mo
         if what == "Invalid value" and UNQUOTED.search(text.split("\n")[line - 1]):
             what += '; text needs quotes: "..."'
         raise SpecError(Problem(f"{path}:{line}", f"not valid TOML: {what[:1].lower()}{what[1:]}")) from None
-    instance, wrong = validate(data, model, context)
+    instance, wrong = validate(data, model)
     if instance is not None and not wrong:
         return instance
     if not data:

@@ -48,20 +48,19 @@ def validated(data: dict, model: type[_Model]) -> _Model:
     return instance
 
 
-def validate(data: dict, model: type[_Model], context: Any = None) -> tuple[_Model | None, list[tuple[Keys, str]]]:
+def validate(data: dict, model: type[_Model]) -> tuple[_Model | None, list[tuple[Keys, str]]]:
     """An instance of `model` from plain `data`, or None, and all problems of the data: pairs of keys and message.
 
-    An instance may come with problems, where pydantic converts a value that is refused here.  `context` is passed to
-    the model's validators.
+    Both come back where pydantic converts a value that this package refuses.
     """
     instance: _Model | None = None
     errors: list[Any] = []
     try:
-        instance = model.model_validate(data, context=context)
+        instance = model.model_validate(data)
     except ValidationError as invalid:
         errors += [part for error in invalid.errors(include_url=False) for part in _taken_apart(error)]
     try:
-        model.model_validate_json(json.dumps(data, default=str), strict=True, context=context)
+        model.model_validate_json(json.dumps(data, default=str), strict=True)
     except ValidationError as invalid:
         errors += _quiet_conversions(invalid.errors(include_url=False), data)
     infinite = dict(_infinite(data))
