@@ -1,9 +1,9 @@
 """Local optimisation of cable tensions: first to the target, then to the least force or stress that stays on it.
 
-The distance to the target is minimised by bounded least squares.  Where it vanishes, the sum of the tensions, or the
-highest stress, is minimised by sequential quadratic programming with the target as equality constraint; where it does
-not, the distance itself is, along the rim of the workspace.  All use exact derivatives, except of the stress, which is
-differenced.
+The distance to the target is minimised by bounded least squares.  If it vanishes, the sum of the tensions or the
+highest stress is then minimised by sequential quadratic programming, with the target as an equality constraint.  If it
+does not, the distance itself is minimised further, along the rim of the workspace.  Derivatives are exact, except those
+of the stress, which are differenced.
 """
 
 import numpy as np
@@ -16,18 +16,25 @@ SETTLED = 1e-10
 """Relative change of the squared distance, or of the tensions, at which least squares stop.  Where the target is
 reached the squared distance falls to nothing, so that its change ends only searches that stay away from the target."""
 MOST_STEPS = 60
-"""Evaluations of a least-squares search at most; Gauss-Newton reaches a target that can be reached in ten, a search
-that takes more creeps along the rim of the workspace."""
+"""Largest number of evaluations of a least-squares search.  Gauss-Newton reaches a target within the workspace in about
+ten; a search that takes more creeps along the rim of the workspace."""
 FAR_OFF = 1e3
-"""Distance, in straight lengths, that stands for that of tensions without an equilibrium."""
+"""Distance, in straight lengths, that is assigned to tensions without an equilibrium."""
 STANDING_PARTS = (1.0, 0.7, 0.5, 0.3, 0.1)
 """Factors on the tensions of a start, tried in turn until the manipulator has an equilibrium under the scaled start."""
 STRESS_STEP = 1e-6
 """Step of a tension for the differences of the stress, as a share of the largest allowed tension."""
 WORTH_FORCE = 1e-3
-"""Share by which the stress must fall below that of the tensions of least sum for others to be preferred."""
+"""Share by which the stress must be below that of the tensions of least sum for other tensions to be preferred."""
 IDLE_SHARE = 1e-9
 """Share of the largest allowed tension below which a tension counts as zero."""
+
+
+def _with_idle(free: np.ndarray, tension: np.ndarray) -> np.ndarray:
+    """(m,) the tensions of the cables in the mask `free` (m,), and 0 for the cables that cannot be pulled."""
+    out = np.zeros(len(free))
+    out[free] = tension
+    return out
 
 
 def nearest_pull(pull: Pull, start: np.ndarray, most: np.ndarray) -> np.ndarray | None:
@@ -43,9 +50,7 @@ def nearest_pull(pull: Pull, start: np.ndarray, most: np.ndarray) -> np.ndarray 
 
     def whole(part: np.ndarray) -> np.ndarray:
         """(m,) tensions, N, from the free ones as shares of their limits."""
-        tension = np.zeros_like(most)
-        tension[free] = part * most[free]
-        return tension
+        return _with_idle(free, part * most[free])
 
     result = scipy.optimize.least_squares(
         lambda part: pull(whole(part)).off,
@@ -62,11 +67,11 @@ def nearest_pull(pull: Pull, start: np.ndarray, most: np.ndarray) -> np.ndarray 
 
 
 def along_rim(pull: Pull, start: np.ndarray, most: np.ndarray) -> np.ndarray | None:
-    """(m,) tensions, N, nearest to a target out of reach that a quasi-Newton descent from `start` finds; else `start`.
+    """(m,) tensions, N, that bring the disk nearer to a target out of reach, by a quasi-Newton descent from `start`.
 
-    On the rim of the workspace cables that pull against each other bring the disk nearer by little: least squares,
-    which leave out how the derivatives change, stop far from the end of such a valley.  None without an equilibrium
-    under `start`.
+    On the rim of the workspace, cables that pull against each other bring the disk nearer only slowly.  Least squares
+    neglect second derivatives and stop far from the end of such a valley.  `start` comes back if nothing nearer is
+    found, and None if the manipulator has no equilibrium under it.
     """
     if not pull.stands(start):
         return None
@@ -74,12 +79,10 @@ def along_rim(pull: Pull, start: np.ndarray, most: np.ndarray) -> np.ndarray | N
 
     def whole(part: np.ndarray) -> np.ndarray:
         """(m,) tensions, N, from the free ones as shares of their limits."""
-        tension = np.zeros_like(most)
-        tension[free] = np.clip(part, 0, 1) * most[free]
-        return tension
+        return _with_idle(free, np.clip(part, 0, 1) * most[free])
 
     def distance(part: np.ndarray) -> tuple[float, np.ndarray]:
-        """The norm of the errors and its derivatives by the shares; where nothing stands, far and flat."""
+        """The norm of the errors and its derivatives by the shares; `FAR_OFF` and 0 without an equilibrium."""
         off, rate = pull(whole(part))
         norm = float(np.linalg.norm(off))
         if not np.isfinite(norm) or not np.isfinite(rate).all() or norm == 0:
@@ -99,9 +102,9 @@ def along_rim(pull: Pull, start: np.ndarray, most: np.ndarray) -> np.ndarray | N
 
 
 def least_pull(pull: Pull, start: np.ndarray, most: np.ndarray) -> np.ndarray:
-    """(m,) tensions, N, of least force or stress, as the aim says, that keep the disk on the target as `start` does.
+    """(m,) tensions, N, of least force or stress, by the aim, that keep the disk on the target as `start` does.
 
-    Where nothing costs less these are `start`, less spare cables.
+    If none cost less, these are `start` without spare cables.
     """
     lightest = least_force(pull, start, most)
     return lightest if pull.aim.least == "force" else least_stress(pull, lightest, most)
@@ -110,16 +113,14 @@ def least_pull(pull: Pull, start: np.ndarray, most: np.ndarray) -> np.ndarray:
 def least_force(pull: Pull, start: np.ndarray, most: np.ndarray) -> np.ndarray:
     """(m,) tensions, N, of least sum that keep the disk on the target as `start` does, without spare cables.
 
-    Where no smaller sum is found these are `start` itself, its spare cables left idle too.
+    If no smaller sum is found, these are `start` without spare cables.
     """
     free = most > 0
     scale = most[free].max()
 
     def whole(part: np.ndarray) -> np.ndarray:
         """(m,) tensions, N, from the free ones in units of `scale`."""
-        tension = np.zeros_like(most)
-        tension[free] = part * scale
-        return tension
+        return _with_idle(free, part * scale)
 
     result = scipy.optimize.minimize(
         np.sum,
@@ -143,11 +144,11 @@ def least_force(pull: Pull, start: np.ndarray, most: np.ndarray) -> np.ndarray:
 def least_stress(pull: Pull, start: np.ndarray, most: np.ndarray) -> np.ndarray:
     """(m,) tensions, N, on the target with the lowest peak stress of all plates, by a descent from `start`.
 
-    The variables are the free tensions and, last, a common bound on the stress of every plate, which is minimised: so
-    the problem stays smooth where another plate becomes the most stressed one.  `start` is returned unless the stress
-    falls by more than `WORTH_FORCE`.
+    The variables are the free tensions and, last, a common bound on the stresses of all plates, which is minimised.  In
+    this form the problem stays smooth where another plate becomes the most stressed one.  `start` is returned unless
+    the stress falls by more than the share `WORTH_FORCE`.
     """
-    free = np.flatnonzero(most > 0)
+    free = most > 0
     scale, highest = most.max(), pull.cost(start)
     known = np.isfinite(pull.aim.fibre)
     if not highest > 0:
@@ -155,9 +156,7 @@ def least_stress(pull: Pull, start: np.ndarray, most: np.ndarray) -> np.ndarray:
 
     def whole(part: np.ndarray) -> np.ndarray:
         """(m,) tensions, N, from the free ones in units of `scale`; the last variable, the bound, is left out."""
-        tension = np.zeros_like(most)
-        tension[free] = np.clip(part[:-1], 0, most[free] / scale) * scale
-        return tension
+        return _with_idle(free, np.clip(part[:-1], 0, most[free] / scale) * scale)
 
     def room(part: np.ndarray) -> np.ndarray:
         """The bound less the stress of each plate whose stress is known, in units of `highest`; to be kept positive."""
@@ -193,10 +192,10 @@ def least_stress(pull: Pull, start: np.ndarray, most: np.ndarray) -> np.ndarray:
 
 
 def without_spare(pull: Pull, tension: np.ndarray, most: np.ndarray) -> np.ndarray:
-    """(m,) tensions, N, without the cables that can be left idle; the least pulled cable is tried first.
+    """(m,) tensions, N, without the cables that can be left idle; the cable of least tension is tried first.
 
-    The least sum of tensions needs no more cables than coordinates are asked for; at the kinks of friction that follows
-    the cables' travel the descent may have stopped with more.
+    The least sum of tensions needs no more cables than the target has coordinates.  At the kinks of friction that
+    follows the cables' travel, the descent may have stopped with more.
     """
     for cable in np.argsort(tension):
         if (tension > 0).sum() <= pull.target.asked.sum():
