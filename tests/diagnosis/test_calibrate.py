@@ -128,7 +128,7 @@ def test_a_fit_ends_where_an_independent_minimiser_ends():
     weak = next(each for each in library if each.name == "weakened_plate (plate 4)")
     model = Model(predict, nominal_noise(predict), (weak,))
     start = np.array([0.3, 0.5, 0, 0, 0, 0.4])
-    found = fit(model, start, enough=model.settings.small_gain)
+    found = fit(model, start, least_promise=model.settings.small_gain)
     other = least_squares(
         lambda p: model.residuals(p, model.solve(p)), start, x_scale=[0.1, 0.1, 1e-2, 1e-2, 1e-2, 0.1]
     )
@@ -150,7 +150,7 @@ def test_a_fit_ends_where_nothing_that_counts_is_promised_and_one_that_is_told_a
         step = np.linalg.lstsq(fitted.jacobian, -fitted.residual, rcond=None)[0]
         return fitted.chi2 - float(np.square(fitted.residual + fitted.jacobian @ step).sum())
 
-    rough, usual = fit(model, start, enough=1e3), fit(model, start)
+    rough, usual = fit(model, start, least_promise=1e3), fit(model, start)
     assert rough.converged
     assert usual.converged
     assert settings.idle_gain < promised(rough) < 1.1e3
@@ -164,8 +164,8 @@ def test_a_fit_that_comes_nowhere_near_what_is_useful_is_given_up():
     recording = recorded(Case())
     predict = predictor(recording)
     model = Model(predict, nominal_noise(predict))
-    assert fit(model, np.array([1.0, 1.0, 0, 0, 0]), useful=0.0) is None
-    assert fit(model, np.array([1.0, 1.0, 0, 0, 0]), useful=1e9) is not None
+    assert fit(model, np.array([1.0, 1.0, 0, 0, 0]), give_up_above=0.0) is None
+    assert fit(model, np.array([1.0, 1.0, 0, 0, 0]), give_up_above=1e9) is not None
 
 
 def test_leaving_a_sequence_out_in_closed_form_is_refitting_without_it():

@@ -68,7 +68,7 @@ def test_a_recording_with_what_the_others_say_is_as_sure_as_all_together(known):
     """What the others say of shared parameters, all else of theirs free, is the marginal of a normal distribution; what
     one of them states of a shared constant is said too."""
     model = joint_model(known=known)
-    fitted = fit(model, np.zeros(model.count), enough=model.settings.small_gain)
+    fitted = fit(model, np.zeros(model.count), least_promise=model.settings.small_gain)
     assert fitted.converged
     for rig, whole in enumerate(fitted.model.maps):
         own = fitted.believed(rig)

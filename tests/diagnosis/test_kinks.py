@@ -74,7 +74,7 @@ def test_where_derivatives_have_no_squares_a_fit_ends_without_a_model():
     assert fit(Cliff(Settings()), np.array([-1.0, 5.0])) is None  # the way down leads there
     away, plain = (fit(model, np.array([1.0, 5.0])) for model in (Cliff(Settings(), edge=9.0), Wall(Settings())))
     assert away.chi2 == plain.chi2
-    assert fit(Cliff(Settings(), edge=-0.9), np.array([-1.0, 5.0]), most=1) is None  # where it ends
+    assert fit(Cliff(Settings(), edge=-0.9), np.array([-1.0, 5.0]), most_steps=1) is None  # where it ends
 
 
 def test_evidence_of_a_constant_that_no_reading_feels_is_that_of_a_flat_prior_within_its_bounds():

@@ -71,7 +71,7 @@ def test_elimination_tries_another_effect_where_a_fit_loses_its_valley(doubted, 
             return without_effect(fitted, number, *rest)
         fewer, friction = fitted.model.without(number), doubted.fitted.model.friction(doubted.fitted.p)
         sizes = (hypothesis.starts(friction)[0] for hypothesis in fewer.hypotheses)
-        return fit(fewer, np.concatenate([doubted.fitted.p, *sizes]), most=1)
+        return fit(fewer, np.concatenate([doubted.fitted.p, *sizes]), most_steps=1)
 
     plain = eliminated(full, doubted.search)[1]
     monkeypatch.setattr("prb3r.diagnosis.search.saturated.without_effect", losing)

@@ -123,7 +123,7 @@ def test_plates_that_dissipate_are_looked_at_as_plates_on_plateaus_that_give_bac
     assert not list(of_flags(found, [each for each in library if each.kind != "flag_hysteresis"]))
     law = next(each for each in library if each.name == "nonlinear_plate (law bilinear)")
     softer = replace(found.model, hypotheses=(loops, law))
-    both = fit(softer, np.array([*found.p, law.free[0].at(0.01), law.free[1].at(0.9)]), most=1)
+    both = fit(softer, np.array([*found.p, law.free[0].at(0.01), law.free[1].at(0.9)]), most_steps=1)
     assert not list(of_flags(both, library))
 
 
@@ -157,7 +157,7 @@ def test_disks_that_touch_are_looked_at_as_notches_that_close_and_the_other_way_
     assert back.effects[0].angle_rad == pytest.approx(touching.effects[0].angle_rad, rel=1e-3)
     assert not list(twins_of(touching, [disks]))
     beside = touching.model.adding(twins["notch_closing (side negative)"].model.hypotheses[0])
-    both = fit(beside, np.concatenate([touching.p, [0.0, 0.0]]), most=1)
+    both = fit(beside, np.concatenate([touching.p, [0.0, 0.0]]), most_steps=1)
     kinds = {tuple(each.kind for each in twin.model.hypotheses) for twin in twins_of(both, library)}
     assert not kinds  # a manipulator has either stop but once
 

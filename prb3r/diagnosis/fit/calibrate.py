@@ -19,7 +19,7 @@ def nominal_noise(predict: Predictor) -> Noise:
 
 
 class OutOfBalance(ValueError):
-    """No stiffness near the nominal one gives any recorded step an equilibrium."""
+    """Raised if no stiffness near the nominal one gives any recorded step an equilibrium."""
 
 
 def fit_constants(predict: Predictor, noise: Noise | None = None, settings: Settings | None = None) -> Fit:
@@ -38,7 +38,7 @@ def fit_constants(predict: Predictor, noise: Noise | None = None, settings: Sett
     for factor in model.settings.start_factors:
         start = np.zeros(model.count)
         start[0] = np.log(factor)
-        fitted = fit(model, start, enough=model.settings.small_gain)
+        fitted = fit(model, start, least_promise=model.settings.small_gain)
         if fitted is not None and np.isfinite(fitted.solved.readings).any():
             fits.append(fitted)
             if fitted.balanced:
@@ -57,10 +57,10 @@ def as_drawn(fitted: Fit) -> Fit:
 def constants_as_drawn(calibrated: Fit) -> Fit:
     """The constants alone, refitted to the readings of a `calibrated` fit with every part of the rig as drawn.
 
-    Under the covariance of a diagnosis, parts and tensions lie anywhere within their tolerances.  What a wrong model
-    misses is left to these, and its constants may come out far from those that predict best (Young's modulus of twice
-    the best, and errors of four times those of the nominal file).  Here every reading counts with its own standard
-    deviation alone, as one who refits constants would have it.
+    The covariance of a diagnosis lets parts and tensions lie anywhere within their tolerances.  These then absorb part
+    of the errors of a wrong model, and its constants may be far from those that predict best (in one case twice the
+    best Young's modulus, with errors four times those of the nominal file).  Here readings are independent, each with
+    its own standard deviation, as in an ordinary refit of constants.
     """
     model = calibrated.model
     return fit_constants(model.predict, independent(model.noise.total_sd), model.settings)

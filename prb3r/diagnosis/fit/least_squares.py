@@ -69,11 +69,11 @@ def fit(
     model: Fittable[S, F_co],
     start: np.ndarray,
     fixed: Sequence[int] = (),
-    useful: float = np.inf,
-    most: int | None = None,
-    enough: float | None = None,
+    give_up_above: float = np.inf,
+    most_steps: int | None = None,
+    least_promise: float | None = None,
 ) -> F_co | None:
-    """The fit of least chi-square reached from `start`; None where chi-square or its derivatives are not finite.
+    """The fit of least chi-square reached from `start`; None if chi-square or its derivatives are not finite.
 
     A step uphill is taken back and shortened.  Derivatives are exact at the start and at the end.  In between secant
     updates stand for them until these lead no further.  Where exact derivatives lead no further either, though they
@@ -81,13 +81,14 @@ def fit(
 
     Parameters
     ----------
-    fixed : numbers of parameters that keep their value.
-    useful : None is returned too where chi-square is above this after `Settings.patience` steps.
-    most : largest number of steps; absent: `Settings.most_steps`.
-    enough : the fit has converged where no greater fall of chi-square is promised; absent: `Settings.idle_gain`.
+    fixed : indices of parameters that keep their value.
+    give_up_above : None is returned too if chi-square is above this after `Settings.patience` steps.
+    most_steps : largest number of steps; absent: `Settings.most_steps`.
+    least_promise : the fit has converged if a linear step promises no larger fall of chi-square; absent:
+        `Settings.idle_gain`.
     """
     settings = model.settings
-    enough = settings.idle_gain if enough is None else enough
+    least_promise = settings.idle_gain if least_promise is None else least_promise
 
     def at(p: np.ndarray) -> Point[S]:
         solved = model.solve(p)
@@ -98,15 +99,15 @@ def fit(
         return None
     damping, jacobian, exact, converged = FIRST_DAMPING, model.jacobian(here.p, here.solved), True, False
     promise, before, idle = np.inf, here.chi2, 0
-    for done in range(settings.most_steps if most is None else most):
-        if done == settings.patience and here.chi2 > useful:
+    for done in range(settings.most_steps if most_steps is None else most_steps):
+        if done == settings.patience and here.chi2 > give_up_above:
             return None
         if not _is_finite(jacobian):
             return None
         downhill = Downhill.at(here, jacobian, model.bounds(here.p), fixed)
         if exact:
             promise = downhill.promise
-            if promise < enough + settings.small_share * here.chi2:
+            if promise < least_promise + settings.small_share * here.chi2:
                 converged = True
                 break
             if idle == settings.idle_rounds:
@@ -175,7 +176,7 @@ def polished(fitted: F) -> F:
     """
     settings = fitted.model.settings
     for _ in range(settings.most_restarts):
-        again = fit(fitted.model, fitted.p, enough=settings.small_gain)
+        again = fit(fitted.model, fitted.p, least_promise=settings.small_gain)
         if again is None or again.chi2 > fitted.chi2:
             break
         idle = fitted.chi2 - again.chi2 < settings.idle_gain

@@ -1,8 +1,8 @@
-"""One effect of a fitted model left out, added, or exchanged for the likeliest others.
+"""One effect of a fitted model left out, added, or exchanged for the most probable others.
 
-Beside plates that stiffen, disks that touch change next to nothing.  Around a model with the one effect the other is
-therefore not seen, and the linearised model never proposes to exchange them.  What could replace an effect is seen
-around the model that is fitted without it.
+If plates already stiffen in a model, disks that touch change hardly anything, and the linearised model around it never
+proposes to exchange the one for the other.  What could replace an effect shows only around the model that is refitted
+without it.
 """
 
 from collections.abc import Callable
@@ -18,15 +18,18 @@ from prb3r.diagnosis.search.linear_selection import LinearModel
 from prb3r.diagnosis.search.search import Search
 
 
-def without_effect(fitted: Fit, number: int, useful: float = np.inf) -> Fit | None:
-    """The model refitted without effect `number`; None where the fit fails or is of no use (`useful` as of
-    :func:`fit`)."""
-    return fit(fitted.model.without(number), fitted.model.without_share(fitted.p, number), useful=useful)
+def without_effect(fitted: Fit, number: int, give_up_above: float = np.inf) -> Fit | None:
+    """The model refitted without effect `number`; None if the fit fails or is given up (see :func:`fit`)."""
+    start = fitted.model.without_share(fitted.p, number)
+    return fit(fitted.model.without(number), start, give_up_above=give_up_above)
 
 
 def replacements(chosen: Fit, number: int, search: Search) -> list[Fit]:
-    """Full fits of the chosen model with effect `number` replaced by those that promise most in the linearised model
-    without it: at least `Settings.shortlist_share` of the ln likelihood that the effect gains."""
+    """Full fits of the chosen model with effect `number` replaced by others.
+
+    The others are the most promising ones in the linearised model without the effect: their gain in ln likelihood must
+    be at least `Settings.shortlist_share` of that of the effect.
+    """
     base, settings = without_effect(chosen, number), chosen.model.settings
     if base is None:
         return []
@@ -41,14 +44,16 @@ def added(
     barred: Hypothesis | None = None,
     worth: Callable[[LinearModel, frozenset[int]], np.ndarray] = LinearModel.additions,
 ) -> list[Fit]:
-    """Full fits of a model with one more effect each, of those that promise most in the linearised model; the best fit
-    of each effect.
+    """Full fits of a model with one more effect each, the most promising ones in the linearised model.
+
+    An effect with several starts is fitted from its best ones, and the best of these fits comes back.
 
     Parameters
     ----------
-    least : what an effect must promise, such as a rise of ln evidence.
+    least : smallest value of `worth` for which an effect is fitted.
     barred : a hypothesis that is not considered.
-    worth : what every column promises (columns,) beside those of the model: by itself the rise of ln evidence.
+    worth : returns (columns,) how promising each column of the linearised model is beside the given ones; absent: by
+        the rise of ln evidence.
     """
     settings, library = base.model.settings, [hypothesis for hypothesis in search.general_forms if hypothesis != barred]
     linear, present = linear_model(base, library, search.log_odds)
@@ -75,4 +80,4 @@ def added(
 def _refitted(task: tuple[Fit, tuple[Hypothesis, ...], np.ndarray]) -> Fit | None:
     """The fit of a model with the last of the hypotheses added, from a start; None where it is no better."""
     base, hypotheses, start = task
-    return fit(base.model.adding(hypotheses[-1]), start, useful=base.chi2)
+    return fit(base.model.adding(hypotheses[-1]), start, give_up_above=base.chi2)

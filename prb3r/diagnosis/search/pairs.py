@@ -24,7 +24,7 @@ STOPPING = frozenset({"disk_contact", "notch_closing"})
 
 
 def paired(calibrated: Fit, search: Search) -> list[Fit]:
-    """The best fit of every softening law together with every stop, constants refitted; none of pairs without a fit."""
+    """The best fit of every softening law together with every stop and constants; none of pairs without a fit."""
     tasks = [(calibrated, pair) for pair in softening_to_a_stop(search.library)]
     return [fitted for fitted in search.apply(_best_of_pair, tasks) if fitted is not None]
 
@@ -49,5 +49,5 @@ def _best_of_pair(task: tuple[Fit, tuple[Hypothesis, Hypothesis]]) -> Fit | None
 
 def _fitted(model: Model, starts: Sequence[np.ndarray], most: int | None = None) -> list[Fit]:
     """Fits from some starts after at most `most` steps, smallest chi-square first; starts without a fit left out."""
-    fits = (fit(model, start, most=most) for start in starts)
+    fits = (fit(model, start, most_steps=most) for start in starts)
     return sorted((fitted for fitted in fits if fitted is not None), key=lambda fitted: fitted.chi2)

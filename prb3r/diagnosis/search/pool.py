@@ -98,7 +98,8 @@ class Pool:
             self.expand(fresh)
 
     def _promising(self, effects: Effects) -> bool:
-        """Whether a model is near the best, not expanded yet, and no mere addition to a model with as much evidence."""
+        """Whether a model is near the best, not yet expanded, and has more evidence than every model that is a part of
+        it."""
         worth = self.evidence[effects]
         idle = any(other < effects and better >= worth for other, better in self.evidence.items())
         return self.near(effects) and not idle and effects not in self.expanded
@@ -133,15 +134,15 @@ class Pool:
             least = base + settings.costly_gain if costly else base - settings.proposal_reach
             if frozenset(hypotheses) not in self.fits and proposal.evidence >= least:
                 model = replace(fitted.model, hypotheses=hypotheses)
-                tasks.append((model, start, self._useful(hypotheses)))
+                tasks.append((model, start, self._give_up_above(hypotheses)))
         for richer in self.search.apply(_fitted, tasks):
             self.add(richer)
 
     def exchange(self, fitted: Fit) -> bool:
-        """Fit the likeliest replacements of every effect of a model; whether the largest ln evidence rises by more than
-        `Settings.better_exchanged`.
+        """Fit the most promising replacements of every effect of a model.
 
-        Not of a model that leaves much unexplained: there no single effect stands in for another.
+        Returns whether the largest ln evidence rises by more than `Settings.better_exchanged`.  Nothing is fitted for a
+        model that leaves much unexplained, as there no single effect stands in for another.
         """
         before, effects = self.evidence[self.ranked[0]], frozenset(fitted.model.hypotheses)
         if effects in self.exchanged or fitted.reduced > self.settings.gross:
@@ -157,24 +158,25 @@ class Pool:
     def thin(self) -> None:
         """Leave one effect after another out of the best model as long as the model without it is more probable.
 
-        The linearised model tells badly which effect of a large model can be left out: around the fit effects stand in
-        for each other that no longer do once one of them is gone.  So each of those that it misses least is left out
-        in a full fit.
+        The linearised model is a poor guide to which effect of a large model can be left out, as effects that replace
+        each other around the fit may not do so once one of them is gone.  So each of the effects whose removal costs
+        least in the linearised model is left out in a full fit.
         """
         while (effects := self.ranked[0]) and effects not in self.thinned:
             self.thinned.add(effects)
             fitted = self.fits[effects]
             for hypothesis in self._least_missed(fitted):
-                useful = self._useful([*effects - {hypothesis}])
-                self.add(without_effect(fitted, fitted.model.hypotheses.index(hypothesis), useful))
+                limit = self._give_up_above([*effects - {hypothesis}])
+                self.add(without_effect(fitted, fitted.model.hypotheses.index(hypothesis), limit))
                 if self.ranked[0] != effects:
                     break
 
     def fit_parts(self) -> None:
-        """Leave one effect out of every surviving model in full fits: of `_least_missed`, those without which it would
-        be as good as the best, to `Settings.better_exchanged`, as the linearised model tells.
+        """Fit every surviving model without each of the effects that it may not need.
 
-        A model that was found by an exchange may do without what the one before it needed.
+        These are the effects of `_least_missed` without which, in the linearised model, the evidence stays within
+        `Settings.better_exchanged` of the best.  A model that was found by an exchange may no longer need all effects
+        of the one before it.
         """
         best = self.evidence[self.ranked[0]]
         least, good = best - np.log(self.settings.survival_odds), best - self.settings.better_exchanged
@@ -187,15 +189,15 @@ class Pool:
             for hypothesis in self._least_missed(fitted, self.evidence[effects] - good):
                 rest = effects - {hypothesis}
                 if rest not in self.fits:
-                    tasks.append((fitted, fitted.model.hypotheses.index(hypothesis), self._useful([*rest])))
+                    tasks.append((fitted, fitted.model.hypotheses.index(hypothesis), self._give_up_above([*rest])))
         for part in self.search.apply(_part, tasks):
             self.add(part)
 
     def _least_missed(self, fitted: Fit, most_missed: float | None = None) -> list[Hypothesis]:
         """The effects of a model whose removal costs least evidence in the linearised model, the cheapest first.
 
-        Only the `Settings.left_out` first that cost less than `most_missed` (absent: `Settings.useful_reach`); of a
-        model that leaves much unexplained all, as there the linearised model is far from true.
+        At most `Settings.left_out` effects that cost less than `most_missed` (absent: `Settings.useful_reach`); all
+        effects of a model that leaves much unexplained, as there the linearised model is far from the truth.
         """
         most_missed = self.settings.useful_reach if most_missed is None else most_missed
         linear, present = self.linearised(fitted)
@@ -216,9 +218,9 @@ class Pool:
         """The hypotheses of the `chosen` columns, and the parameters (p,) that a full fit of them begins from."""
         return beginning(fitted, linear, chosen)
 
-    def _useful(self, hypotheses: Sequence[Hypothesis]) -> float:
-        """Chi-square from which on a fit of these effects is given up: even without Occam's factor it would be farther
-        than `Settings.useful_reach` below the best."""
+    def _give_up_above(self, hypotheses: Sequence[Hypothesis]) -> float:
+        """Chi-square above which a fit of these effects is given up: even without Occam's factor, its evidence would be
+        more than `Settings.useful_reach` below the best."""
         odds = sum(self.search.log_odds[hypothesis] for hypothesis in hypotheses)
         return 2 * (odds - self.evidence[self.ranked[0]] + self.settings.useful_reach)
 
@@ -238,10 +240,10 @@ class Pool:
         return list(dict.fromkeys([*kept, Effects()]))
 
     def survivors(self) -> tuple[Survivor, ...]:
-        """Models with an equilibrium at every step that are within `Settings.survival_odds` of the best, most probable
-        first; if there are none, the best model alone.
+        """The models that the recording does not rule out, most probable first; if there are none, the best one.
 
-        Of an effect that moves no reading a recording tells nothing: a model with one is left out.
+        They have an equilibrium at every step, are within `Settings.survival_odds` of the best, and have no effect that
+        moves no reading.
         """
         best = self.evidence[self.ranked[0]]
         least = best - np.log(self.settings.survival_odds)
@@ -261,5 +263,5 @@ def _part(task: tuple[Fit, int, float]) -> Fit | None:
 
 
 def _fitted(task: tuple[Model, np.ndarray, float]) -> Fit | None:
-    model, start, useful = task
-    return fit(model, start, useful=useful)
+    model, start, give_up_above = task
+    return fit(model, start, give_up_above=give_up_above)

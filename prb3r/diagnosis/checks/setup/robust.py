@@ -143,7 +143,7 @@ class Trier:
             wide = replace(model, noise=independent(half * self.sd[rows]))
             fits.insert(0, (wide, settings.widened_steps))
         for near, most in fits:
-            better = fit(RobustModel(near), p, most=most)
+            better = fit(RobustModel(near), p, most_steps=most)
             if better is None:
                 return None
             p = better.p
