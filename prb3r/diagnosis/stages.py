@@ -1,4 +1,4 @@
-"""The stages of a diagnosis between set-up and check; each takes what is known so far (`known.py`) and adds to it.
+"""The stages of a diagnosis between set-up and check; each takes the results so far (`known.py`) and adds its own.
 
 calibrate -> doubt -> test -> search
 """
@@ -34,7 +34,7 @@ def to_search(task: Task, report: Report, apply: Apply) -> Searched:
 
 
 def to_test(task: Task, report: Report, apply: Apply) -> Tested:
-    """The score tests of what calibration leaves: all stages from calibration to test."""
+    """The score tests of the residuals of calibration: all stages from calibration to test."""
     report("calibrate")
     calibrated = calibrate(task)
     report("doubt")
@@ -44,14 +44,14 @@ def to_test(task: Task, report: Report, apply: Apply) -> Tested:
 
 
 def leaves_something(tested: Tested) -> bool:
-    """Whether constants alone leave something that an effect would explain, even if the noise is as large as what is
-    left."""
+    """Whether constants alone leave structure that an effect would explain, even if the noise were as large as their
+    residuals."""
     scale = max(float(np.sqrt(tested.doubted.fitted.reduced)), 1.0)
     return tested.scores.largest > scale * tested.scores.naming
 
 
 def calibrate(task: Task) -> Calibrated:
-    """Set sequences aside, and fit the constants to the others; see how much the repeated ones of these scatter."""
+    """Set sequences aside, fit the constants to the others, and measure the scatter of repeated ones among these."""
     recording, settings = task.recording, task.settings
     read = recording.of_sequence[recording.readings.step]
     aside = set_aside(recording.of_sequence, recording.loads, task.seed, settings, read) if task.hold_out else ()

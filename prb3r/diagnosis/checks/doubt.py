@@ -1,4 +1,4 @@
-"""Calibration under doubt: gross outliers and weights noted wrongly are found before any physics is judged."""
+"""Calibration without gross outliers and wrongly noted weights, which are found before any effect is considered."""
 
 from dataclasses import replace
 from typing import NamedTuple
@@ -29,9 +29,9 @@ def without_outliers(rough: Fit) -> tuple[Fit, Doubts]:
 
 
 def without_wrong_weights(fitted: Fit, doubts: Doubts, search: Search) -> tuple[Fit, Doubts]:
-    """The calibrated model refitted without the weights that were noted wrongly, and `doubts` with these added.
+    """The calibrated model refitted without wrongly noted weights, and `doubts` with these added.
 
-    At most `Settings.most_wrong_weights` are looked for, one after the other.
+    At most `Settings.most_wrong_weights` are sought, one after the other.
     """
     settings = fitted.model.settings
     for _ in range(0 if settings.believe_all else settings.most_wrong_weights):
@@ -44,17 +44,18 @@ def without_wrong_weights(fitted: Fit, doubts: Doubts, search: Search) -> tuple[
 
 
 def wrong_weight(fitted: Fit, search: Search, doubts: Doubts) -> NotedWeight | None:
-    """The wrongly noted weight whose score is beyond chance and above that of any effect or moment law; else None.
+    """The weight that was noted wrongly; None unless its score is significant and above that of any effect or moment
+    law.
 
-    Scores are in units of the stated noise.  Where the readings scatter more than stated, so do the scores of right
-    weights, and chance is that of the noise as it is estimated beside all that the library could do.
+    Scores are in units of the stated noise.  If the readings scatter more than stated, so do the scores of right
+    weights; the critical value is therefore scaled to the noise level estimated beside all effects of the library.
 
-    On the step of the weight with the largest score, that weight counts of which another value explains the readings of
-    the step best (:func:`likeliest`).
+    The weight with the largest score determines the step.  Of all weights on that step, the one is returned of which
+    another value explains the readings of the step best (:func:`likeliest`).
 
     Parameters
     ----------
-    doubts : what is doubted already; steps of weights among it are not looked at again.
+    doubts : readings and weights doubted so far; the steps of these weights are not examined again.
     """
     sensitivity = tension_response(fitted.model.predict, fitted.solved)
     doubted = {weight.step for weight in doubts.weights}
@@ -82,8 +83,10 @@ class OtherWeight(NamedTuple):
 
 
 def likeliest(predict: Predictor, noise: Noise, solved: Solution, step: int, settings: Settings) -> OtherWeight:
-    """Of all weights on a step, each multiplied by the factors of `Settings.other_weights`, the one that explains the
-    readings of the step best."""
+    """The weight on a step, and the other value of it, that explain the readings of the step best.
+
+    Every weight on the step is tried, multiplied by each of the factors of `Settings.other_weights`.
+    """
     loads, there = predict.recording.loads, predict.recording.readings.step == step
 
     def other(cable: int, factor: float) -> OtherWeight:

@@ -22,21 +22,21 @@ FIELDS_MEANT = {
     STAYING: "moments that come to single plates and stay",
     OF_TENSIONS: "tensions that go smoothly with the noted ones",
 }
-"""What each field of :func:`unknown_law` would be, in words."""
+"""The fields of :func:`unknown_law` in words."""
 MOST_ODDS = 1000
-"""Odds up to which they are told as a number."""
+"""Largest odds that are given as a number in sentences."""
 
 
 def why_unexplained(
     choice: Choice, failed: Sequence[JudgedSequence], doubted: Sequence[str], checks: Sequence[ModelCheck]
 ) -> str:
-    """Why the verdict is `unexplained`; empty if it is not.
+    """Why the verdict is `unexplained`, to follow "since"; empty if it is not.
 
     Parameters
     ----------
     failed : sequences set aside that the chosen model does not predict.
     doubted : for every weight that is not believed, the name of its cable.
-    checks : of these, only whether residuals are alike from step to step counts, and only where no effect is chosen.
+    checks : only :data:`ALONG_STEPS` is used, and only if no effect is chosen.
     """
     settings, level = choice.fitted.model.settings, choice.level
     if not choice.fitted.balanced:
@@ -72,7 +72,7 @@ def verdict_on(choice: Choice, rivals: bool) -> str:
 
     Parameters
     ----------
-    rivals : whether something cannot be told from what is chosen: an effect, or a blunder of the set-up.
+    rivals : whether another effect, or a blunder of the set-up, explains the recording as well as a chosen effect.
     """
     if not choice.kinds:
         return "adequate"
@@ -81,10 +81,10 @@ def verdict_on(choice: Choice, rivals: bool) -> str:
 
 
 def why_doubtful(choice: Choice, search: Search) -> str:
-    """Why the effects of a choice that passes every check are doubtful all the same: one law outside the library is
-    likelier than they are, by odds beyond `Settings.likelihood_ratio`; empty if none is.
+    """Why the effects of a choice that passes every check are doubtful nevertheless; empty if they are not.
 
-    It is not asked where something is left, which is judged by its size, nor where other recordings speak for effects.
+    They are doubtful if a law outside the library is likelier than they are, by odds above `Settings.likelihood_ratio`.
+    This is not examined if the residuals are structured, or if other recordings support the effects.
     """
     best, settings = choice.survivors[0].fitted, choice.fitted.model.settings
     if choice.structured or not choice.kinds or best.model.belief is not None:
@@ -103,10 +103,11 @@ def why_doubtful(choice: Choice, search: Search) -> str:
 def empirical_law(
     fresh: Unseen | None, calibrated: Fit, explained: Fit, seed: int
 ) -> tuple[Closure | None, float | None]:
-    """The empirical law that describes the recording best, and its gain on held-out sequences (None without any).
+    """The empirical law that describes the recording best, and its gain on the held-out sequences.
 
-    None for both where no law costs less than the `explained` model, or where the law predicts held-out sequences worse
-    than the constants alone.  It is fitted beside the constants alone and beside the explained model.
+    A law is fitted beside the constants alone and beside the explained model.  The law is None if none has a smaller
+    :func:`cost` than the `explained` model, or if it predicts the held-out sequences worse than the constants alone.
+    The gain is None without a law and without held-out sequences.
 
     Parameters
     ----------

@@ -17,9 +17,9 @@ class Detectable:
     size: float | None
     """Change of the free parameter `free`, in its unit; None for an effect that does not vanish continuously."""
     shown: bool
-    """Whether the effect would have shown; always so where it vanishes continuously, with the change `size`."""
+    """Whether the effect would have shown; always True where it vanishes continuously and has a `size`."""
     free: Free | None = None
-    """The first free parameter that the recording feels; None where there is no `size`."""
+    """The first free parameter that moves any reading; None where there is no `size`."""
 
 
 def detectable(judged: Scores, settings: Settings) -> tuple[Detectable, ...]:

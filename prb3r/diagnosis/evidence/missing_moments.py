@@ -1,4 +1,4 @@
-"""What a fit leaves, told without a mechanism: missing moments on the plates, and what they depend on.
+"""The residuals of a fit without a mechanism: missing moments on the plates, and what they depend on.
 
 The sensitivities of the readings to a moment on each plate serve every law of bend, tension, wrap, direction, position
 and time.
@@ -97,15 +97,15 @@ class MomentMap:
     sd: np.ndarray
     """(s, n) posterior standard deviation, N m."""
     known: np.ndarray
-    """(s, n) share of the prior variance that the readings took away: 0 if they tell nothing, 1 if all."""
+    """(s, n) share of the prior variance that the readings remove: 0 where they tell nothing, 1 where they tell all."""
 
 
 def missing_moments(fitted: Fit, mechanics: Mechanism) -> MomentMap:
-    """The missing moments, each step by itself, under a Gaussian process along the arm as prior.
+    """The missing moments, step by step, with a Gaussian process along the arm as their prior.
 
-    Moments that are free on every plate would drown in the noise.  The prior makes those of neighbouring plates alike,
-    but for a share of their own (`Settings.own_share`).  Its standard deviation, one of `Settings.moment_sizes` times
-    the largest moment of the cables, is the one that makes the readings of all steps likeliest.
+    Moments that are free on every plate would drown in the noise.  The prior correlates those of neighbouring plates,
+    except for an independent share of their variance (`Settings.own_share`).  Its standard deviation is one of
+    `Settings.moment_sizes` times the largest moment of the cables: the one of the largest evidence over all steps.
     """
     recording, settings = fitted.recording, fitted.model.settings
     count = recording.readings.count

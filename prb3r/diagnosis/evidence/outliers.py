@@ -1,6 +1,6 @@
-"""Single wrong readings and weights: gross outliers, told from missing physics by being alone.
+"""Single wrong readings and weights: gross outliers, distinguished from missing physics by being isolated.
 
-An effect moves neighbouring disks and neighbouring steps alike; a slip of the eye or of a label does not.
+An effect moves neighbouring disks and neighbouring steps alike; a misreading or a wrong label does not.
 """
 
 from dataclasses import dataclass
@@ -20,18 +20,18 @@ from prb3r.diagnosis.settings import Settings
 from prb3r.recording.recording import Readings, Recording
 
 AT_ONCE = 256
-"""Readings that are taken out in one go, to limit memory: of ten thousand readings 60 MB."""
+"""Number of readings that are deleted in one go, which limits memory: 60 MB for ten thousand readings."""
 
 
 def surprises(place: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """(6, l, k) distance, in sd, of each of `k` values on each of `l` lines from six extrapolations of its neighbours.
+    """(6, l, k) distance, in sd, of each of `k` values on each of `l` lines from six predictions by its neighbours.
 
-    These are the straight line through both neighbours, the parabola through three, and lines and parabolas through
-    those on either side alone.  NaN where there are too few neighbours.
+    The predictions are the straight line through both neighbours, the parabola through three of them, and lines and
+    parabolas through the neighbours on one side only.  NaN where there are too few neighbours.
 
     Parameters
     ----------
-    place : (l, k) where the values stand on their lines.
+    place : (l, k) positions of the values on their lines.
     values : (l, k) with independent noise of unit variance.
     """
     length = values.shape[1]
@@ -53,10 +53,10 @@ def surprises(place: np.ndarray, values: np.ndarray) -> np.ndarray:
 
 
 def surprise(readings: Readings, deviation: np.ndarray, of_sequence: np.ndarray, settings: Settings) -> np.ndarray:
-    """(r,) distance, in sd, of each reading from what its neighbours lead to expect; 0 where these are too few.
+    """(r,) distance, in sd, of each reading from the prediction by its neighbours; 0 if there are too few of these.
 
-    Of many expectations the second nearest counts, as another gross outlier can spoil one either way.  A reading found
-    to be a gross outlier is left out as a neighbour, and the others are judged again.
+    Of several predictions the second nearest counts, as another gross outlier can spoil one of them.  A reading found
+    to be a gross outlier is no longer used as a neighbour, and the distances of the others are computed again.
 
     Parameters
     ----------
@@ -93,24 +93,28 @@ def _surprises(readings: Readings, deviation: np.ndarray, of_sequence: np.ndarra
 
 
 def usual_surprise(recording: Recording, settings: Settings) -> float:
-    """Median :func:`surprise`, sd, of the readings if they held nothing but the stated noise, from one draw."""
+    """Median :func:`surprise`, sd, of readings that hold nothing but the stated noise, from one random draw."""
     drawn = np.random.default_rng(0).standard_normal(recording.readings.count)
     usual = float(np.median(surprise(recording.readings, drawn, recording.of_sequence, settings)))
     return max(usual, settings.least_surprise)
 
 
 def student(deviation: np.ndarray) -> np.ndarray:
-    """Factor on the standard deviation that weighs readings down, `deviation` sd off, as a Student distribution of one
-    degree of freedom does."""
+    """Factor on the standard deviation of a reading that is `deviation` sd off: the weight that it has in a Student
+    distribution of one degree of freedom."""
     return np.sqrt(1 + deviation**2)
 
 
 def outlier_inflation(predict: Predictor, predicted: np.ndarray, settings: Settings, scale: float = 1.0) -> np.ndarray:
-    """(r,) factor on the standard deviation of every reading: 1 but for gross outliers from what is `predicted` (r,).
+    """(r,) factor on the standard deviation of every reading: above 1 for gross outliers, else 1.
 
-    `scale`: factor on the stated noise.  Where the median surprise is larger than that of such noise, deviations are
-    divided by the ratio of both.  All factors are 1 if a reading has no prediction, or if a larger share than
-    `Settings.most_gross` would be outliers.
+    All factors are 1 if a reading has no prediction, or if a larger share than `Settings.most_gross` would be outliers.
+
+    Parameters
+    ----------
+    predicted : (r,) predicted readings, m and rad.
+    scale : factor on the stated noise.  If the median :func:`surprise` is larger than under such noise, deviations are
+        divided by the ratio of the two.
     """
     recording = predict.recording
     deviation = predict.misfit(predicted) / (scale * reading_sd(recording))
@@ -133,7 +137,8 @@ class NotedWeight(NamedTuple):
 
 
 def weight_alternatives(fitted: Fit, sensitivity: np.ndarray) -> list[Alternative]:
-    """The alternative of every weight above 0 that could be wrong; `sensitivity` (r, s, m): of `tension_response`."""
+    """The alternative of every weight above 0, that it is wrong; `sensitivity` (r, s, m) is that of
+    `tension_response`."""
     weights = np.argwhere(fitted.recording.loads.tension > 0).tolist()
     moved = [sensitivity[:, s, j, None] for s, j in weights]
     return alternatives_of(fitted, [NotedWeight(s, j) for s, j in weights], moved)
@@ -163,9 +168,9 @@ class Doubts:
 
 
 def lone_outliers(fitted: Fit, doubts: Doubts) -> np.ndarray:
-    """(r,) factor on the standard deviation of every reading: 1 but for those that a fit misses grossly and alone.
+    """(r,) factor on the standard deviation of every reading: above 1 if a fit misses it grossly and alone, else 1.
 
-    As in `doubts` where some step has no equilibrium.
+    Those of `doubts` come back if some step has no equilibrium.  See :func:`lone_inflation`.
     """
     if not fitted.balanced:
         return doubts.inflation
@@ -177,18 +182,20 @@ def lone_outliers(fitted: Fit, doubts: Doubts) -> np.ndarray:
 def lone_inflation(
     recording: Recording, white: np.ndarray, noise: Noise, inflation: np.ndarray, settings: Settings
 ) -> np.ndarray:
-    """(r,) factor on the standard deviation of every reading: 1 but for those that are missed grossly and alone.
+    """(r,) factor on the standard deviation of every reading: above 1 if it is missed grossly and alone, else 1.
 
-    A misfit is gross by the scale that the median of all gives, at least that of the noise.  It is alone where it
+    Whether a misfit is gross is judged by the median of all, or by the noise if that is larger.  It is alone if it
     exceeds `Settings.lone_ratio` times the misfits that its neighbours along disks and steps have once the reading
-    itself is deleted.  Neighbours miss alike what a model lacks, while one wrong reading pulls theirs the other way, as
-    the scatter of the tensions can give way to it.  A reading that was doubted before need not be alone, and does not
-    count as a neighbour.  All factors stay as they are if a larger share than `Settings.most_gross` would be outliers.
+    itself is deleted.  Missing physics moves neighbours the same way.  A wrong reading, in contrast, moves the misfits
+    of its neighbours the other way as long as it is there, as the tensions adapt to it.
+
+    A reading that was doubted before need not be alone, and does not count as a neighbour.  All factors stay as they
+    are if a larger share than `Settings.most_gross` would be outliers.
 
     Parameters
     ----------
-    white : (r,) whitened misfits, under the factors `inflation` (r,) believed so far.
-    noise : the covariance that whitened them.
+    white : (r,) whitened misfits, under the factors `inflation` (r,) used so far.
+    noise : the covariance by which they are whitened.
     """
     scale = max(float(np.median(np.abs(white) * inflation)) / normal_critical(0.25), 1.0)
     suspected = np.flatnonzero(np.abs(white) * inflation > settings.gross_sd * scale)
@@ -208,19 +215,19 @@ def lone_inflation(
 
 
 class DeletionResiduals(NamedTuple):
-    """Misfits with one reading after the other deleted: its own, and those of the others."""
+    """Misfits after deletion of one reading at a time: its own, and those of the others."""
 
     size: np.ndarray
-    """(k,) distance of each from its expectation given all other readings, in its standard deviations given these."""
+    """(k,) distance of each deleted reading from its prediction by all others, in standard deviations of that."""
     left: np.ndarray
-    """(r, k) whitened misfits of all readings with each one deleted."""
+    """(r, k) whitened misfits of all readings after each deletion."""
 
 
 def _deletion_residuals(white: np.ndarray, noise: Noise, suspected: np.ndarray) -> DeletionResiduals:
-    """The misfits with each reading numbered in `suspected` (k,) deleted in turn, from the whitened ones (r,).
+    """The misfits after deletion of each of the `suspected` readings (k,), from the whitened misfits `white` (r,).
 
-    The mean-shift outlier model of Cook and Weisberg, *Residuals and Influence in Regression* (1982), for readings that
-    scatter together.
+    This is the mean-shift outlier model of Cook and Weisberg, *Residuals and Influence in Regression* (1982), for
+    correlated readings.
     """
     alone = np.zeros((len(white), len(suspected)))
     alone[suspected, np.arange(len(suspected))] = noise.sd[suspected]
@@ -231,6 +238,6 @@ def _deletion_residuals(white: np.ndarray, noise: Noise, suspected: np.ndarray) 
 
 
 def far_off(fitted: Fit, doubts: Doubts) -> list[int]:
-    """Numbers of the readings that were weighed down, or whose whitened misfit exceeds `Settings.listed_sd`."""
+    """Indices of the readings that are weighed down, or whose whitened misfit exceeds `Settings.listed_sd`."""
     beyond = np.abs(fitted.misfit) > fitted.model.settings.listed_sd
     return np.flatnonzero(beyond | (doubts.inflation > 1)).tolist()

@@ -1,12 +1,13 @@
-r"""What a model is worth irrespective of the noise level: compares models that were fitted under different levels.
+r"""The worth of a model irrespective of the noise level, by which models fitted under different levels are compared.
 
-With the mean square :math:`S` that the model leaves, in units of the stated variance, and :math:`V` the logarithm of
+With :math:`S` the mean squared residual of the model, in units of the stated variance, and :math:`V` the logarithm of
 its prior odds and of Occam's factor (the volumes), the worth is
 
 .. math:: V - \tfrac12 m \ln S
 
 less half the squared distance of E and friction from their nominal values, in the spread of handbook values.  The
-number `m` counts photographs (steps that were read), not readings: what no model explains is common to a photograph.
+number `m` counts photographs (steps with readings), not readings, as the residuals of a photograph go together where no
+model explains them.
 """
 
 import numpy as np
@@ -19,7 +20,7 @@ from prb3r.diagnosis.search.selection import Choice
 
 
 def worth(choice: Choice, search: Search) -> float:
-    """What the chosen model of a search is worth."""
+    """The worth of the chosen model of a search."""
     return worth_of(choice.fitted, choice.level.level, search)
 
 
@@ -29,12 +30,13 @@ def photographs_of(fitted: Fit) -> int:
 
 
 def worth_of(fitted: Fit, level: NoiseLevel, search: Search, photographs: int | None = None) -> float:
-    """What a fit is worth: its ln evidence with the scale of the noise open, a photograph counting as one number.
+    """The worth of a fit: its ln evidence for an unknown scale of the noise, each photograph counting as one number.
 
     Parameters
     ----------
-    level : of the noise under which it was fitted.
-    photographs : number to count, the same for fits that are compared, as one may have lost some; absent: its own.
+    level : noise level under which it was fitted.
+    photographs : number `m`; absent: that of the fit's recording.  Fits that are compared need the same number, though
+        the recording of one may lack some photographs.
     """
     photographs = photographs or photographs_of(fitted)
     settings, constants = fitted.model.settings, fitted.constants
