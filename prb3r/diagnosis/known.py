@@ -1,4 +1,4 @@
-"""The task of a diagnosis, and what is known after each of its stages: frozen data that the stages hand on."""
+"""The task of a diagnosis and the results of its stages: frozen data that each stage hands to the next."""
 
 from dataclasses import dataclass
 
@@ -15,20 +15,21 @@ from prb3r.recording.recording import Recording
 
 @dataclass(frozen=True)
 class Task:
-    """What is asked: a recording, and how it is to be judged."""
+    """The task of a diagnosis: a recording, and the options."""
 
     recording: Recording
     seed: int = 0
-    """Of the drawn thresholds and of the choice of held-out sequences; the same seed gives the same diagnosis."""
+    """Seed of the simulated critical values and of the choice of held-out sequences; the same seed gives the same
+    diagnosis."""
     without: frozenset[str] = frozenset()
     """Kinds of effects that are not considered."""
     hold_out: bool = True
     """Whether sequences are set aside; False where the diagnosis is judged on other recordings instead."""
     settings: Settings = Settings()
     assumed: Manipulator | None = None
-    """A manipulator with effects that were found before: they are refitted, and likely to be present beforehand."""
+    """A manipulator with effects that were found before: they are refitted, with a high prior probability."""
     start_from: Manipulator | None = None
-    """A manipulator whose effects are one more beginning of the search, without being likelier beforehand."""
+    """A manipulator whose effects are one more start of the search, with their usual prior probability."""
 
 
 @dataclass(frozen=True, eq=False)

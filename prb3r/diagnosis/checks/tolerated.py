@@ -1,4 +1,4 @@
-"""How far off their drawing the parts of the rig probably are, under a fitted model."""
+"""The probable deviations of the parts of the rig from their drawing, under a fitted model."""
 
 import numpy as np
 
@@ -10,9 +10,9 @@ from prb3r.diagnosis.fit.tolerance import EstimatedTolerances, estimated, tolera
 
 
 def tolerances_told(fitted: Fit, doubts: Doubts) -> EstimatedTolerances:
-    """Estimates of the tolerances that the recording tells under a fitted model, the best told first.
+    """Estimates of the tolerances that the recording determines under a fitted model, the best determined first.
 
-    A tolerance is told if less than `Settings.told_share` of its prior standard deviation is left.
+    These are the tolerances whose posterior standard deviation is below `Settings.told_share` of the prior one.
     """
     model, solved = fitted.model, fitted.solved
     predict, settings = model.predict, model.settings

@@ -1,9 +1,9 @@
 """How hypotheses would move the readings of a fitted model, linearised around the fit.
 
-Effects that come by degrees are differentiated exactly along the load path of the fit, all of them together.  Three
-sorts are treated one by one: an effect of the camera is differenced in the reading of the states, one that changes the
-structure of the chain is differentiated along a path of its own, and one without a small size (a dead cable, another
-rule of friction, a knee) is compared as a whole.
+Effects that can vanish continuously are differentiated exactly along the load path of the fit, all of them together.
+Three sorts are treated one by one: an effect of the camera is differenced in the reading of the states, one that
+changes the structure of the chain is differentiated along a path of its own, and one without a small size (a dead
+cable, another rule of friction, a knee) is applied as a whole.
 """
 
 from collections.abc import Iterable, Sequence
@@ -21,9 +21,9 @@ from prb3r.mechanics.derivatives.sensitivity import Direction
 from prb3r.model.effects.base import Effect
 
 BEYOND_SENSE = 1e6
-"""Change of a reading, m or rad, by an effect of its prior size from which on a derivative says nothing.  No arm moves
-so far.  Beside friction that grows without bound as a tension falls, readings answer to the first tension of an idle
-cable that is paid out as by a factor of 1e69.  Guard of the arithmetic: squares of such changes overflow."""
+"""Change of a reading, m or rad, by an effect of its prior size at or above which a derivative is meaningless, as no
+arm moves so far.  With friction that grows without bound as a tension falls, the first tension of an idle cable that is
+paid out moves readings by up to 1e69.  Guard of the arithmetic: squares of such changes overflow."""
 POINTS_KEPT = 4
 """Parameter points whose changes of readings are cached: in a small diagnosis with one effect 2 serve as well as 32."""
 Probe = tuple[Hypothesis, np.ndarray]
@@ -39,9 +39,9 @@ def probes_of(fitted: Fit, hypotheses: Iterable[Hypothesis]) -> list[Probe]:
 def moved_readings(fitted: Fit, probes: Sequence[Probe]) -> list[np.ndarray]:
     """(r, k) for each probe: change of the readings per unit of each free parameter, or (r, 1) by the whole effect.
 
-    Where a parameter is on its upper bound, the change is toward lower values.  It is 0 at steps without equilibrium,
-    and everywhere where a whole effect leads out of equilibrium, or where some reading would move beyond all sense
-    (`BEYOND_SENSE`).  Results are cached.
+    For a parameter on its upper bound, the change is that toward lower values.  Changes are 0 at steps without
+    equilibrium.  All are 0 if a whole effect leads out of equilibrium, or if some reading would move by
+    `BEYOND_SENSE`.  Results are cached.
     """
     model = fitted.model
     known = _known_at(model.predict, fitted.constants, model.hypotheses, fitted.p.tobytes())
@@ -58,7 +58,7 @@ def _known_at(
 ) -> dict[tuple[Hypothesis, bytes], np.ndarray]:
     """Cache of the changes around a model with the parameters `p`, by hypothesis and probe; empty at first.
 
-    The noise is no key, as the changes do not depend on it, and are asked for again under another one.
+    The noise is not part of the key, as the changes do not depend on it and are needed under several noise levels.
     """
     return {}
 

@@ -24,7 +24,7 @@ from prb3r.recording.recording import Recording
 
 
 class Uncertain(NamedTuple):
-    """What the readings scatter by, as stated."""
+    """The stated sources of scatter of the readings."""
 
     sd: np.ndarray
     """(r,) stated standard deviation of the readings, m or rad; larger where a reading is weighed down."""

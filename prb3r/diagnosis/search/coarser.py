@@ -1,8 +1,8 @@
-r"""A coarser likelihood: which effects stand although no set of effects explains the recording.
+r"""A coarser likelihood: the effects that can be named although no set of effects explains the recording.
 
-There the exact likelihood favours every effect that imitates a part of the remaining misfit.  This misfit repeats from
-step to step and from disk to disk, and counts as noise that does so: with the reduced chi-square :math:`\chi^2_r` and
-the correlations :math:`\rho` of neighbouring residuals along disks and along steps, a reading tells as much as
+In that case the exact likelihood favours every effect that imitates a part of the remaining misfit.  This misfit is
+correlated from step to step and from disk to disk, and is treated as correlated noise: with the reduced chi-square
+:math:`\chi^2_r` and the correlations :math:`\rho` of neighbouring residuals along disks and steps, a reading is worth
 
 .. math:: \eta = \frac{1}{\chi^2_r} \prod \frac{1 - \rho}{1 + \rho}
 
@@ -25,10 +25,10 @@ from prb3r.diagnosis.search.selection import Choice, simplest
 
 
 def coarsened(choice: Choice, search: Search) -> Choice:
-    """The choice of effects under a coarser likelihood, for a `choice` that leaves more than noise.
+    """The choice of effects under a coarser likelihood, for a `choice` with structured residuals.
 
-    The survivors and their probabilities are those under the coarser likelihood.  The chosen model is fitted under the
-    exact one, and both score tests are of that fit.
+    The survivors and their probabilities are those under the coarser likelihood.  The chosen model is refitted under
+    the exact one, and both score tests are those of that fit.
     """
     fitted, settings = choice.fitted, choice.fitted.model.settings
     level = choice.doubts.level
@@ -55,7 +55,7 @@ def coarsened(choice: Choice, search: Search) -> Choice:
 
 
 def told_share(fitted: Fit) -> float:
-    """How many independent readings one reading is worth beside the misfit that `fitted` leaves, at most one: the power
+    """Number of independent readings, at most 1, that one reading is worth given the residuals of `fitted`: the power
     to which the likelihood is raised."""
     recording, most = fitted.recording, fitted.model.settings.most_alike
     alike = np.clip([correlation(recording, fitted.misfit, line) for line in NEIGHBOURS_ALONG], 0.0, most)

@@ -1,9 +1,9 @@
 """The saturated start of a search: every common effect that the whole rig could have, fitted at once.
 
-Effects that act together are not found one after another: plates that soften let a notch close that else would not, and
-in a model that lacks one of them the other improves nothing.  With all common effects and priors on their sizes the fit
-is well posed.  Readings are taken in from small loads to large, so that the fit follows the rig as it bends.  Effects
-that are not needed are left out afterwards.
+Effects that act only together cannot be found one after another.  Plates that soften, for example, let a notch close
+that otherwise would not, and in a model that lacks one of the two effects the other improves nothing.  With all common
+effects and priors on their sizes the fit is well posed.  Readings are included from small loads to large, so that the
+fit follows the rig as it bends.  Effects that are not needed are left out afterwards.
 """
 
 from collections.abc import Sequence
@@ -45,11 +45,11 @@ def saturated(calibrated: Fit, search: Search, doubts: Doubts) -> Fit | None:
 
 
 def eliminated(full: Fit, search: Search) -> list[Fit]:
-    """Backward elimination: the full fit, and the fits that follow as one effect after another is left out, down to one
-    effect.
+    """Backward elimination: the full fit, then the fits with one effect after another left out, down to one effect.
 
-    Each time that effect is left out whose removal costs least evidence in the linearised model around the fit.  Less
-    evidence is no reason to stop: with fewer effects a fit is better posed and may find what the full one has not.
+    In each step the effect is left out whose removal costs least evidence in the linearised model around the fit.  A
+    fall of the evidence does not stop the elimination, as a fit with fewer effects is better posed and may find a
+    better minimum.
     """
     fits = [full]
     while len(fits[-1].model.hypotheses) > 1 and (less := _without_one(fits[-1], search)) is not None:
@@ -58,10 +58,11 @@ def eliminated(full: Fit, search: Search) -> list[Fit]:
 
 
 def _without_one(fitted: Fit, search: Search) -> Fit | None:
-    """The fit without the effect that the linearised model misses least; None where no fit succeeds.
+    """The fit without the effect that is needed least in the linearised model; None if no fit succeeds.
 
-    A fit may lose its valley with an effect that was not needed.  Where the evidence falls by `Settings.useful_reach`
-    or more, the next effects are tried too, `Settings.left_out` in all, and the most probable fit counts.
+    Even without an effect that was not needed, a fit may leave its valley.  If the evidence falls by
+    `Settings.useful_reach` or more, the next effects are tried too, `Settings.left_out` in all, and the most probable
+    fit is returned.
     """
     linear, present = linear_model(fitted, fitted.model.hypotheses, search.log_odds)
     order = sorted(present, key=lambda number: -linear.evidence(present - {number}))

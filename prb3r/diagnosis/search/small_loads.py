@@ -20,10 +20,10 @@ def load_share(loads: Loads) -> np.ndarray:
 
 
 def from_small_loads(calibrated: Fit, search: Search, doubts: Doubts) -> Fit | None:
-    """A model fitted to the whole recording with the effects that explain its small loads; None where these tell too
-    little.
+    """A model fitted to the whole recording with the effects that explain its small loads; None if there are too few
+    readings under small loads.
 
-    Effects are searched for under loads up to each of `Settings.load_shares` in turn.
+    Effects are sought under loads up to each of `Settings.load_shares` in turn.
     """
     settings, whole, known = calibrated.model.settings, calibrated.model, None
     for share in settings.load_shares:

@@ -1,7 +1,7 @@
-"""Which effects explain several recordings together.
+"""The effects that explain several recordings together.
 
-Joint models are searched for from the sets of effects that each recording shows alone.  The survivors then say of every
-single recording what the others tell of the parameters that the rigs share.
+The search for joint models starts from the effects that each recording shows alone.  The surviving joint models then
+tell for every recording what the others know of the parameters that the rigs share.
 """
 
 from collections.abc import Sequence
@@ -39,7 +39,8 @@ class Alone(NamedTuple):
     """What is known of one recording."""
 
     choice: Choice
-    """The chosen effects; where they do not explain the recording, those that stand all the same (`coarser`)."""
+    """The chosen effects; if they do not explain the recording, those that stand under a coarser likelihood
+    (`coarser.py`)."""
     search: Search
     best: Fit
     """The most probable model, whether it explains the recording or not."""
@@ -47,7 +48,7 @@ class Alone(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Together:
-    """What several recordings tell together."""
+    """The result of a search on several recordings together."""
 
     alone: tuple[Alone, ...]
     """Every recording by itself."""
@@ -57,13 +58,15 @@ class Together:
     fitted: JointFit
     """The chosen joint model: the smallest part of the most probable one that is not much less probable."""
     joined: tuple[Alone, ...]
-    """Every recording with what the others say of the parameters that they share."""
+    """Every recording, given what the others tell of shared parameters."""
     survivors: tuple[Survivor, ...]
     """Surviving joint models, most probable first; their `fitted` are joint fits."""
 
     def shared_probability(self, effect: str, constant: str) -> float:
-        """Probability that one value holds on all rigs that share it: of the effect called `effect` or, where that is
-        empty, of `constant`."""
+        """Probability that a parameter has the same value on all rigs that share it.
+
+        The parameter is one of the effect named `effect`, or `constant` if that is empty.
+        """
 
         def holds(hypotheses: frozenset[Any]) -> bool:
             if effect:
@@ -74,17 +77,17 @@ class Together:
 
 
 class _Explored(NamedTuple):
-    """A joint search that has come to an end, under the noise that its best model leaves."""
+    """A finished joint search, under the noise estimated from its best model."""
 
     pool: JointPool
     noise: tuple[tuple[Doubts, EstimatedLevel], ...]
-    """Of every recording: what is not believed, with the noise level of the pool, and the level that was estimated."""
+    """For every recording: what is not believed, with the noise level of the pool, and the estimated level."""
 
 
 def choose_together(alone: Sequence[Alone], groups: Groups) -> Together:
-    """Search for joint models; the chosen one, the survivors, and what they say of every recording.
+    """Search for joint models: the chosen one, the survivors, and the choice that follows for every recording.
 
-    Where they do not explain some recordings, those effects are chosen that stand under a coarser likelihood of these.
+    If some recordings are not explained, the effects are chosen that stand under a coarser likelihood of these.
     """
     settings = alone[0].choice.fitted.model.settings
     rigs = tuple(replace(part.choice.fitted.model, hypotheses=()) for part in alone)
@@ -102,7 +105,7 @@ def choose_together(alone: Sequence[Alone], groups: Groups) -> Together:
 
 
 def _explore(model: JointModel, search: JointSearch, alone: Sequence[Alone]) -> _Explored:
-    """Search from what each recording shows alone, and estimate the noise anew until both no longer change.
+    """Search from the effects that each recording shows alone, and re-estimate the noise until neither changes.
 
     Parameters
     ----------
@@ -133,7 +136,7 @@ def _explore(model: JointModel, search: JointSearch, alone: Sequence[Alone]) -> 
 def _on_each(
     alone: Sequence[Alone], explored: _Explored, fitted: JointFit, survivors: Sequence[Survivor]
 ) -> tuple[Alone, ...]:
-    """Every recording, in their order, with what the others say of the parameters that they share.
+    """Every recording, in order, given what the others tell of shared parameters.
 
     Parameters
     ----------
@@ -148,9 +151,9 @@ def _on_each(
 
 
 def _knowing(search: Search, chosen: Sequence[Hypothesis]) -> Search:
-    """A copy of a search whose library holds the `chosen` hypotheses in the place of those of the same kind and place.
+    """A copy of a search whose library holds the `chosen` hypotheses instead of those of the same kind and place.
 
-    The two differ in their bounds: an effect in common has the widest of all its rigs.
+    The two differ in their bounds: a shared effect has the widest bounds of all its rigs.
     """
     by_place = {(hypothesis.kind, hypothesis.place): hypothesis for hypothesis in chosen}
     return replace(
@@ -160,8 +163,10 @@ def _knowing(search: Search, chosen: Sequence[Hypothesis]) -> Search:
 
 
 def _standing(pool: JointPool, fitted: JointFit, joined: Sequence[Alone]) -> tuple[JointFit, tuple[Survivor, ...]]:
-    """The joint model that stands, and all that survive, under a coarser likelihood of the recordings that are not
-    explained (as in :mod:`coarser`); the model is fitted under the exact one."""
+    """The chosen and the surviving joint models under a coarser likelihood of the recordings that are not explained.
+
+    The method is that of :mod:`coarser`; the chosen model is refitted under the exact likelihood.
+    """
     settings, noises = fitted.model.settings, []
     for rig, single in enumerate(joined):
         part, doubts = fitted.part(rig), single.choice.doubts
@@ -180,9 +185,10 @@ def _standing(pool: JointPool, fitted: JointFit, joined: Sequence[Alone]) -> tup
 
 
 def _starts(model: JointModel, search: JointSearch, alone: Sequence[Alone]) -> list[tuple[JointModel, np.ndarray]]:
-    """Joint models and their start parameters (P,): without effects, and from what each recording shows alone.
+    """Joint models and their start parameters (P,): without effects, and with the effects that each recording shows.
 
-    Shared values are taken from each rig in turn, or every rig keeps its own of constants, of shared kinds or of both.
+    Shared values are taken from each rig in turn; further starts leave every rig its own constants, its own effects of
+    shared kinds, or both.
     """
     plain = [single.choice.calibrated for single in alone]
     starts, sets = (
@@ -209,15 +215,16 @@ def _with_others(
     joint: tuple[JointFit, Sequence[Survivor]],
     noise: tuple[Doubts, EstimatedLevel],
 ) -> Choice:
-    """The choice on one recording with what the others say: the chosen joint model and the survivors as rig `rig` has
-    them; joint models that are alike on that rig are one survivor.
+    """The choice on one recording, given what the others tell: joint models reduced to the rig numbered `rig`.
+
+    Surviving joint models that have the same effects on that rig become one survivor.
 
     Parameters
     ----------
     plain : the fit of the constants alone.
-    search : of this recording.
+    search : the search of this recording.
     joint : the chosen joint model, and all that survive.
-    noise : what of the recording is not believed, and the noise level that was estimated.
+    noise : readings and weights of the recording that are not believed, and the estimated noise level.
     """
     fitted, survivors = joint
     doubts, level = noise
@@ -254,10 +261,10 @@ def _with_others(
 
 
 def at_minimum(fitted: JointFit, rig: int) -> Fit:
-    """The model of one recording with what the others say of shared parameters, fitted.
+    """The fit of one recording, given what the others tell of shared parameters.
 
-    Its minimum is where the joint fit ended, so that nothing is fitted anew.  Only a rig with a constant of its own in
-    the place of a shared one is refitted, as the others say nothing of that constant.
+    Its minimum is that of the joint fit, so that nothing has to be refitted.  The exception is a rig with a constant of
+    its own instead of a shared one, of which the others tell nothing.
     """
     part = fitted.believed(rig)
     parted = any(hypothesis.parted == rig for hypothesis in fitted.model.hypotheses)
@@ -265,7 +272,7 @@ def at_minimum(fitted: JointFit, rig: int) -> Fit:
 
 
 def _own_search(search: Search, rig: int, joint: JointSearch) -> Search:
-    """A copy of the search of one rig in which effects that may be in common have the bounds of the joint search."""
+    """A copy of the search of one rig in which effects that may be shared have the bounds of the joint search."""
     common = [
         part for hypothesis in joint.library if len(hypothesis.rigs) > 1 and (part := hypothesis.parts[rig]) is not None
     ]

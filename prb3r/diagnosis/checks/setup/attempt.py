@@ -1,4 +1,4 @@
-"""Trying remedies on a recording: roughly first, with a few fixed stiffnesses, then with constants refitted."""
+"""Trials of remedies on a recording: first rough ones with a few fixed stiffnesses, then full ones with a refit."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -26,7 +26,7 @@ of any materials lie between these."""
 
 @dataclass(frozen=True, eq=False)
 class Attempt:
-    """A recording as it is, with all that its remedies are compared with."""
+    """A recording as it is, with everything that trials of its remedies are compared with."""
 
     recording: Recording
     trying: Trier
@@ -48,20 +48,20 @@ class Attempt:
 
         Equilibria are solved only where the remedy changes loads or manipulator.
         """
-        mended = [remedy.mend(self.recording) for remedy in among]
-        predictors = [quick_predictor(each.recording, self.trying.settings) for each in mended]
-        others = [k for k, each in enumerate(mended) if self._loads_alone_differ(each.recording)]
+        recordings = [remedy.mend(self.recording) for remedy in among]
+        predictors = [quick_predictor(mended.recording, self.trying.settings) for mended in recordings]
+        others = [k for k, mended in enumerate(recordings) if self._loads_alone_differ(mended.recording)]
         solved = dict(zip(others, states_at(self.grid, [predictors[k] for k in others]), strict=True))
         out = []
-        for k, (remedy, each, predict) in enumerate(zip(among, mended, predictors, strict=True)):
+        for k, (remedy, mended, predict) in enumerate(zip(among, recordings, predictors, strict=True)):
             if k in solved:
                 seen = sight(predict, self.grid, solved[k])
-            elif each.recording.manipulator is self.recording.manipulator:
+            elif mended.recording.manipulator is self.recording.manipulator:
                 seen = self.seen
             else:
                 seen = sight(predict, self.grid, states_at(self.grid, [predict])[0])
-            standings = self.trying.framed(predict, each.rows, self.grid, seen)
-            out.append(best_trial(self.near, remedy, each, standings))
+            standings = self.trying.framed(predict, mended.rows, self.grid, seen)
+            out.append(best_trial(self.near, remedy, mended, standings))
         return out
 
     def _loads_alone_differ(self, changed: Recording) -> bool:
@@ -100,8 +100,8 @@ def states_at(grid: Sequence[Constants], predictors: Sequence[Predictor]) -> lis
             allowance=settings.allowance,
         )
         poses = (np.split(field, ends[:-1]) for field in (states.x, states.y, states.angle))
-        for own, (x, y, angle) in zip(out, zip(*poses, strict=True), strict=True):
-            own.append(replace(states, x=x, y=y, angle=angle))
+        for equilibria, (x, y, angle) in zip(out, zip(*poses, strict=True), strict=True):
+            equilibria.append(replace(states, x=x, y=y, angle=angle))
     return out
 
 
@@ -114,8 +114,8 @@ def _around(fitted: Constants, gravity: float) -> list[Constants]:
 
 
 def _settled(recording: Recording, rows: np.ndarray, fitted: Standing, trying: Trier) -> Standing:
-    """The standing fitted again and again until that brings nothing: a remedy, whose fit begins where this one ends,
-    would gain what is left over."""
+    """The standing refitted until that brings no more gain, as this gain would otherwise be credited to a remedy, whose
+    fit begins where this one ends."""
     for _ in range(trying.settings.most_restarts):
         again = trying.fitted(recording, rows, fitted.constants)
         if again is None or fitted.total - again.total < trying.settings.idle_gain:

@@ -1,10 +1,10 @@
 """Finding blunders of the set-up: the remedy of each known blunder is tried, and the misfit of the recording compared.
 
 The evidence for a blunder is the logarithm of a likelihood ratio, a photograph counting as one number (`robust.py`).
-By chance one remedy exceeds :math:`\\ln(k / a)` in a share `a / k` of all right recordings.  With `k` the number of
-kinds of blunders times the number of places where this kind could have been made, any remedy does in a share `a`.  So a
-blunder that can be made in one way only, as kilograms in all columns of newtons, needs less evidence than one that can
-be made in a hundred ways.
+By chance, one remedy exceeds :math:`\\ln(k / a)` in a share `a / k` of all recordings without blunders.  With `k` the
+number of kinds of blunders times the number of places where a blunder of this kind could have been made, some remedy
+does in a share of at most `a`.  So a blunder that can be made in one way only, such as kilograms in all columns of
+newtons, needs less evidence than one that can be made in a hundred ways.
 """
 
 from collections import Counter
@@ -44,9 +44,10 @@ class Blunder:
     plain: bool
     """Whether constants alone explain the mended recording; else effects that were left out could explain as much."""
     least: float
-    """Logarithm of the likelihood ratio needed to say the blunder."""
+    """Log likelihood ratio that is needed to report the blunder."""
     faint: bool = False
-    """Whether the likelihood ratio, constants alone being fitted, stays below `least`: at most a rival of effects."""
+    """Whether the log likelihood ratio with constants alone is below `least`, so that the blunder is at most a rival of
+    effects."""
 
     @property
     def statement(self) -> str:
@@ -62,10 +63,10 @@ def remedies(recording: Recording, settings: Settings) -> list[Remedy]:
 
 
 def blunders_of(recording: Recording, settings: Settings, apply: Apply = serially) -> tuple[Blunder, ...]:
-    """The blunders that are found in a recording, each looked for once those before it are mended; mostly none.
+    """The blunders that are found in a recording, each sought with those before it mended; mostly none.
 
-    Where the last one is plain, constants alone explain the recording with all of them mended.  Only the last one may
-    be faint.
+    If the last one is plain, constants alone explain the recording with all of them mended.  Only the last one may be
+    faint.
     """
     out: list[Blunder] = []
     while len(out) < settings.most_blunders and not (out and out[-1].faint):
@@ -90,7 +91,7 @@ def find_blunder(
     ----------
     effects : added to the manipulator, as a blunder may show only beside the effects that hide it.
     apply : tries many remedies, in workers for instance, where predictions are slow.
-    faint : whether a blunder counts for which less speaks, `Settings.faint_blunder` at least, if there is no other.
+    faint : whether a blunder with less evidence, at least `Settings.faint_blunder`, is returned if there is no other.
     exchanged : rows of steps of which two may be exchanged.
     """
     manipulator = recording.manipulator.model_copy(update={"effect": [*recording.manipulator.effect, *effects]})
@@ -116,11 +117,11 @@ def find_blunder(
 
 
 def least_gains(among: Sequence[Remedy], settings: Settings, contradicted: bool = False) -> dict[Remedy, float]:
-    """Logarithm of the likelihood ratio that each remedy needs: by chance any of them reaches its own in a share
-    `Settings.blunder_rate`, which the kinds divide evenly, and the remedies of a kind its part.
+    """Log likelihood ratio that each remedy needs, such that the false-alarm rate of all is `Settings.blunder_rate`.
 
-    `Settings.faint_blunder` suffices where something else speaks for the blunder already.  Steps are tried as exchanged
-    only where weights of both do not go with their readings, or where they alone are not predicted.
+    The rate is divided evenly among the kinds of blunders, and among the remedies of each kind.
+    `Settings.faint_blunder` suffices if there is other evidence for the blunder: exchanged steps are only tried where
+    the weights of both steps contradict their readings, or where these steps alone are not predicted.
 
     Parameters
     ----------
