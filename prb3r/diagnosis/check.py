@@ -1,7 +1,8 @@
-"""The last stage of a diagnosis before it is told: the choice is held against what no fit has seen, and judged."""
+"""The stage of a diagnosis before the last: the choice is tested on sequences that were set aside, and judged."""
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 from prb3r.diagnosis.checks.predicting import predicting
 from prb3r.diagnosis.checks.residuals import ModelCheck, model_checks
@@ -46,46 +47,37 @@ from prb3r.recording.plausibility import slips_the_other_way
 
 
 def check(searched: Searched, blunder: Blunder | None = None) -> Investigation:
-    """Hold the choice against the sequences set aside, and give the verdict, the named effects and the remarks.
+    """Test the choice on the sequences set aside, and give the verdict, the named effects and the remarks.
 
     Parameters
     ----------
-    blunder : a blunder of the set-up that would explain the recording in the place of effects.
+    blunder : a blunder of the set-up that would explain the recording instead of effects.
     """
     tested, choice = searched.tested, searched.choice
     if choice.structured:
         choice = replace(choice, share_of_stated=share_of_stated(choice.fitted, choice.doubts))
     doubted, calibrated = tested.doubted, choice.calibrated
-    task, training = doubted.task, calibrated.recording
     fresh, before = _set_aside(doubted, choice), choice.fitted
-    models = [(survivor.probability, survivor.fitted) for survivor in choice.survivors]
-    choice = predicting(choice, fresh, doubted.search)
-    judged = fresh.by_sequence_averaged(choice.fitted, models) if fresh else ()
-    failed = [sequence for sequence in judged if fresh and sequence.p < fresh.rate]
-    wrong = (*choice.doubts.weights, *(fresh.doubted if fresh else ()))
-    checks, cables = model_checks(choice, judged), training.manipulator.cable_names
-    why = why_unexplained(choice, failed, [cables[weight.cable] for weight in wrong], checks)
-    refuted = () if fresh is None or why else choice.refuted_by(fresh.refutes)
-    choice = choice.without(refuted)
-    why = why or why_doubtful(choice, doubted.search)
+    choice, checks, failed, refuted, why = _tested_on(fresh, choice, doubted)
+
     effects = range(len(choice.fitted.model.hypotheses))
-    told = as_drawn(choice.fitted) if why else choice.fitted
-    named = tuple(named_effect(choice, k, doubted.search, fresh, told, partial=bool(why)) for k in effects)
-    law, gain = empirical_law(fresh, calibrated, choice.fitted, task.seed) if why else (None, None)
-    refitted = constants_as_drawn(calibrated) if choice.fitted.model.hypotheses else told
+    reported = as_drawn(choice.fitted) if why else choice.fitted
+    named = tuple(named_effect(choice, k, doubted.search, fresh, reported, partial=bool(why)) for k in effects)
+    law, gain = empirical_law(fresh, calibrated, choice.fitted, doubted.task.seed) if why else (None, None)
+    refitted = constants_as_drawn(calibrated) if choice.fitted.model.hypotheses else reported
     rivals = blunder is not None or any(effect.rivals for effect in named)
     verdict = "unexplained" if why else verdict_on(choice, rivals)
     tolerances = tolerances_told(choice.fitted, choice.doubts)
     return Investigation(
         recording=doubted.recording,
-        seed=task.seed,
+        seed=doubted.task.seed,
         verdict=verdict,
         why=why,
-        training=training,
+        training=calibrated.recording,
         fresh=fresh,
         calibrated=calibrated,
         refitted=refitted,
-        told=told,
+        reported=reported,
         before=tested.scores,
         choice=choice,
         doubts=choice.doubts,
@@ -95,7 +87,7 @@ def check(searched: Searched, blunder: Blunder | None = None) -> Investigation:
         checks=checks,
         closure=law,
         closure_gain=gain,
-        heldout=fresh.errors(refitted, told) if fresh else None,
+        heldout=fresh.errors(refitted, reported) if fresh else None,
         experiments=separations(choice, named) if verdict == "ambiguous" else (),
         failed=tuple(sequence.name for sequence in failed),
         rival_blunder=blunder,
@@ -108,6 +100,36 @@ def check(searched: Searched, blunder: Blunder | None = None) -> Investigation:
             *_on_what_was_set_aside(choice, before, fresh, failed, refuted),
         ),
     )
+
+
+class _Checked(NamedTuple):
+    """A choice that was tested on the sequences set aside."""
+
+    choice: Choice
+    """The choice among the models that survive this test."""
+    checks: tuple[ModelCheck, ...]
+    """All checks of the chosen model."""
+    failed: list[JudgedSequence]
+    """Sequences that the chosen model does not predict."""
+    refuted: tuple[Survivor, ...]
+    """Other models that explain the fitted sequences but do not predict these."""
+    why: str
+    """Why the verdict is `unexplained`; empty if it is not."""
+
+
+def _tested_on(fresh: Unseen | None, choice: Choice, doubted: Doubted) -> _Checked:
+    """The choice after the test on the sequences set aside (None without any), with all checks of its model."""
+    models = [(survivor.probability, survivor.fitted) for survivor in choice.survivors]
+    choice = predicting(choice, fresh, doubted.search)
+    judged = fresh.by_sequence_averaged(choice.fitted, models) if fresh else ()
+    failed = [sequence for sequence in judged if fresh and sequence.p < fresh.rate]
+    checks = model_checks(choice, judged)
+    cables = choice.calibrated.recording.manipulator.cable_names
+    weights = (*choice.doubts.weights, *(fresh.doubted if fresh else ()))
+    why = why_unexplained(choice, failed, [cables[weight.cable] for weight in weights], checks)
+    refuted = () if fresh is None or why else choice.refuted_by(fresh.refutes)
+    choice = choice.without(refuted)
+    return _Checked(choice, checks, failed, refuted, why or why_doubtful(choice, doubted.search))
 
 
 def _set_aside(doubted: Doubted, choice: Choice) -> Unseen | None:

@@ -272,14 +272,14 @@ def test_what_is_unexplained_is_told_as_it_predicts_best_and_held_against_that()
     sd = found.explained.model.noise.total_sd
     left = [
         float(np.mean((predict.misfit(predict(each.constants, each.effects)) / sd) ** 2))
-        for each in (found.told, found.explained)
+        for each in (found.reported, found.explained)
     ]
     assert left[0] < left[1]
-    assert plain.explained.constants == found.told.constants != found.explained.constants
+    assert plain.explained.constants == found.reported.constants != found.explained.constants
     told = plain.manipulators["explained"].youngs_modulus_pa
     assert plain.constants["youngs_modulus_pa"].explained == pytest.approx(told)
     held, fresh = found.heldout, found.fresh
-    misfit = fresh.predict.misfit(fresh.predict(found.told.constants, found.told.effects))
+    misfit = fresh.predict.misfit(fresh.predict(found.reported.constants, found.reported.effects))
     angles = fresh.predict.recording.readings.kind == Kind.ANGLE
     assert held.rmse_explained_rad == pytest.approx(float(np.sqrt(np.mean(misfit[angles] ** 2))))
 

@@ -1,4 +1,4 @@
-"""All that the stages of a diagnosis found, fits included, from which `tell.py` makes the plain result."""
+"""All results of the stages of a diagnosis, fits included, from which `tell.py` makes the plain result."""
 
 from dataclasses import dataclass
 
@@ -35,13 +35,13 @@ class Investigation:
     calibrated: Fit
     """The constants alone, fitted, with parts and tensions anywhere within their tolerances."""
     refitted: Fit
-    """The constants alone, as they predict best with every part as drawn (`constants_as_drawn`); as told where the
-    chosen model has no effects."""
-    told: Fit
-    """The chosen model with the parameters that are told; those of its fit, but where something is left unexplained
-    those with which it predicts best, every part as drawn (`as_drawn`)."""
+    """The constants alone, as they predict best with every part as drawn (`constants_as_drawn`); the same as `reported`
+    if the chosen model has no effects."""
+    reported: Fit
+    """The chosen model with the parameters that are reported: those of its fit or, if the verdict is `unexplained`,
+    those with which it predicts best with every part as drawn (`as_drawn`)."""
     before: Scores
-    """Score test of what calibration leaves."""
+    """Score test of the residuals of calibration."""
     choice: Choice
     """The chosen model and those that survive beside it."""
     doubts: Doubts
@@ -51,9 +51,9 @@ class Investigation:
     models: tuple[SurvivingModel, ...]
     """The surviving models, most probable first."""
     tolerances: EstimatedTolerances
-    """Tolerances of the parts that the recording tells something of."""
+    """Tolerances of the parts about which the recording tells something."""
     checks: tuple[ModelCheck, ...]
-    """Checks of what the best model leaves."""
+    """Checks of the residuals of the best model."""
     closure: Closure | None
     """An empirical law of the unexplained; None where none is fitted."""
     closure_gain: float | None
@@ -67,9 +67,9 @@ class Investigation:
     failed: tuple[str, ...] = ()
     """Names of sequences set aside that the chosen model does not predict."""
     blunders: tuple[Blunder, ...] = ()
-    """Blunders of the set-up; all else is said of the recording without them."""
+    """Blunders of the set-up; everything else refers to the recording with these mended."""
     rival_blunder: Blunder | None = None
-    """A blunder that would explain the recording in the place of effects, but with too little evidence to be said."""
+    """A blunder that would explain the recording instead of effects, but has too little evidence to be reported."""
 
     @property
     def explained(self) -> Fit:
@@ -92,7 +92,7 @@ class Investigation:
 
     @property
     def unmet(self) -> tuple[Scores, Fit]:
-        """Score test and fit from which the mismatch is told: those of the chosen model where it leaves structure
+        """Score test and fit that describe the mismatch: those of the chosen model if its residuals are structured
         beyond the stated accuracy, else those of calibration."""
         if self.choice.beyond_stated:
             return self.choice.scores, self.choice.fitted

@@ -48,14 +48,14 @@ class Named:
 
 
 def named_effect(
-    choice: Choice, number: int, search: Search, fresh: Unseen | None, told: Fit, *, partial: bool
+    choice: Choice, number: int, search: Search, fresh: Unseen | None, reported: Fit, *, partial: bool
 ) -> Named:
     """The effect at `number`, from 0, of the chosen model, with its intervals, rivals and gains.
 
     Parameters
     ----------
     fresh : the sequences set aside, if any were; where the chosen model predicts them, rivals have to do so too.
-    told : the chosen model with the parameters that are told.
+    reported : the chosen model with the parameters that are reported.
     partial : whether the model leaves something unexplained; then there are no intervals.
     """
     fitted = choice.fitted
@@ -69,9 +69,9 @@ def named_effect(
         near = [rival for rival in near if not fresh.refutes(rival.fitted)]
     elsewhere = [rival for rival in near if _same_but_place(rival.hypothesis, hypothesis)]
     places = _places(hypothesis, [rival.hypothesis for rival in elsewhere])
-    parameters, profiles = _estimates(replace(choice, fitted=told), number, sure=not partial)
+    parameters, profiles = _estimates(replace(choice, fitted=reported), number, sure=not partial)
     simpler = without_effect(fitted, number)
-    statement = sentence(told, number, parameters)
+    statement = sentence(reported, number, parameters)
     for key, (value, among) in places.items():
         if others := [place_text(other) for other in among if other != value]:
             one = key.removesuffix("s") if isinstance(value, tuple) and len(value) == 1 else key

@@ -51,7 +51,7 @@ QUANTITIES = (
 
 def diagnosis_tables(investigation: Investigation) -> dict[str, pd.DataFrame]:
     """All tables by name; the whole recording is solved once with each model."""
-    models = {"calibrated": investigation.refitted, "explained": investigation.told}
+    models = {"calibrated": investigation.refitted, "explained": investigation.reported}
     states = {name: _solved(investigation.recording, fitted) for name, fitted in models.items()}
     readings = residual_table(investigation, models, states)
     fitted = readings[~readings["held_out"]]
@@ -89,7 +89,7 @@ def residual_table(
         white[name][seen] = fitted.residual[: seen.sum()]
     sd[seen], believed[seen] = investigation.explained.model.noise.total_sd, investigation.doubts.inflation == 1
     if fresh is not None:
-        noise = fresh.noise(investigation.told)
+        noise = fresh.noise(investigation.reported)
         for name in models:
             misfit = fresh.predict.misfit(predicted[name][~seen])
             white[name][~seen] = np.where(np.isnan(misfit), np.nan, noise.whiten(np.nan_to_num(misfit)))

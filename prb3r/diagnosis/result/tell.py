@@ -44,10 +44,10 @@ def tell(investigation: Investigation) -> Diagnosis:
     """The plain result of an investigated recording, without its fits."""
     nominal = investigation.recording.manipulator
     calibrated, explained = investigation.calibrated, investigation.explained
-    fits = {"calibrated": investigation.refitted, "explained": investigation.told}
+    fits = {"calibrated": investigation.refitted, "explained": investigation.reported}
     if investigation.closure is not None:
         fits["closure"] = investigation.closure.fitted
-    constants = investigation.told.constants
+    constants = investigation.reported.constants
     return Diagnosis(
         name=investigation.recording.name,
         seed=investigation.seed,
@@ -57,7 +57,7 @@ def tell(investigation: Investigation) -> Diagnosis:
         share_of_stated=investigation.choice.share_of_stated,
         nominal=nominal,
         calibrated=_plain_model(investigation.refitted),
-        explained=_plain_model(investigation.told),
+        explained=_plain_model(investigation.reported),
         manipulators={name: adjusted(nominal, fitted.constants, fitted.effects) for name, fitted in fits.items()},
         chi2=ChiSquare(
             nominal=_nominal_chi2(calibrated),
@@ -137,7 +137,7 @@ def _constant(nominal: float, name: str, investigation: Investigation) -> Calibr
 
     The interval is widened to what the other surviving models say of the constant, and ends at the bounds of the fit.
     """
-    explained, fits = investigation.explained, (investigation.refitted, investigation.told)
+    explained, fits = investigation.explained, (investigation.refitted, investigation.reported)
     alone, best = (nominal * float(np.exp(getattr(fitted.constants, name))) for fitted in fits)
     ends = np.nan, np.nan
     sure = not investigation.why
