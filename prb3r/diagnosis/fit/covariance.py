@@ -73,7 +73,7 @@ class Block:
     basis: np.ndarray
     """(b, k) orthonormal directions of common scatter, in the units that earlier steps have whitened to."""
     shrink: np.ndarray
-    """(k,) 1 - 1 / sd, with the standard deviation sd along each direction: the share that whitening takes off."""
+    """(k,) 1 - 1 / sd, with sd the standard deviation along each direction: the share that whitening removes."""
 
 
 def block_of(rows: np.ndarray, columns: np.ndarray) -> Block:
@@ -89,9 +89,9 @@ class Noise:
     """The covariance of all readings of a recording, held as the steps that whiten them."""
 
     sd: np.ndarray
-    """(r,) believed standard deviation of the reading noise alone, m or rad; larger where a reading is weighed down."""
+    """(r,) standard deviation of the reading noise alone, m or rad; larger where a reading is weighed down."""
     root: csr_array
-    """(r, r) makes deviations independent and of unit variance, as far as the reading noise goes."""
+    """(r, r) inverse root of the covariance of the reading noise alone: whitens this part of the deviations."""
     blocks: tuple[Block, ...]
     """The scatter of the tensions of each sequence, then the tolerances, in the order in which they are whitened."""
     believed: np.ndarray
@@ -102,7 +102,7 @@ class Noise:
     """The level that the covariance was made for."""
 
     def log_density(self, misfit: np.ndarray) -> float:
-        """ln density of a `misfit` (r,) of the readings, m or rad, but for the constant of r normal densities."""
+        """ln density of a `misfit` (r,) of the readings, m or rad, without the constant -r ln(2 pi) / 2."""
         shrunk = sum(float(np.log1p(-block.shrink).sum()) for block in self.blocks)
         return float(np.log(self.root.diagonal()).sum()) + shrunk - float((self.whiten(misfit) ** 2).sum()) / 2
 

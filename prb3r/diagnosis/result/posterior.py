@@ -1,7 +1,7 @@
-"""What a diagnosis knows of a manipulator and how surely: the surviving models, their parameters and covariances.
+"""The posterior of a manipulator after a diagnosis: the surviving models, their parameters and covariances.
 
-It stands in `diagnosis.json`, and parameters can be drawn from it without the recording.  The frame of the camera is
-left out, as it belongs to the set-up; for a normal distribution this leaves the marginal distribution of all else.
+It is part of `diagnosis.json`, and parameters can be drawn from it without the recording.  The camera frame is left
+out, as it belongs to the set-up; what remains is the marginal distribution of all other parameters.
 """
 
 from collections.abc import Mapping, Sequence
@@ -92,10 +92,10 @@ class ModelPosterior(Strict):
         return np.array([part.u for part in self.free])
 
     def within(self, u: np.ndarray, nominal: Manipulator) -> np.ndarray:
-        """(f,) the drawn parameters `u` brought within their bounds.
+        """(f,) the drawn parameters `u`, brought within their bounds.
 
-        Those beyond a bound are held there, and the others are moved to where the normal distribution has them then:
-        the correlations that the recording tells hold for a draw at a bound too.
+        Parameters beyond a bound are set to it, and the others are shifted to their conditional means given that, so
+        that a draw at a bound keeps the correlations that the recording has determined.
         """
         friction, covariance = self._friction(self.best, nominal), np.array(self.covariance)
         low, high = np.array([part.free.bounds(friction) for part in self.free]).T
@@ -125,8 +125,8 @@ class ModelPosterior(Strict):
         return [(hypothesis, u[span]) for hypothesis, span in zip(self.hypotheses, spans, strict=True)]
 
     def at(self, u: np.ndarray, nominal: Manipulator) -> Drawn:
-        """Constants and effects for the parameters `u` (f,), each cut off at its bounds, and the parts of the recorded
-        rig as they are to be expected then."""
+        """Constants and effects for the parameters `u` (f,), each limited to its bounds, and the expected deviations of
+        the recorded rig's parts given these."""
         friction = self._friction(u, nominal)
         effects = tuple(hypothesis.effect(share, friction) for hypothesis, share in self._shares(u))
         return Drawn(self._constants(u), effects, self.parts.at(u - self.best) if self.parts else {})
@@ -147,7 +147,7 @@ class ModelPosterior(Strict):
 
 
 class Posterior(Strict):
-    """What is known after a recording."""
+    """The posterior of a manipulator and its effects, given a recording."""
 
     manipulator: Manipulator
     """Nominal."""
@@ -179,10 +179,9 @@ class Posterior(Strict):
 
 
 def averaged(parts: Sequence[tuple[float, np.ndarray]]) -> np.ndarray:
-    """The mean of arrays by their weights, at each place over those arrays that have a number there; NaN where none
-    has.
+    """The weighted mean of arrays, elementwise over those arrays that are not NaN there; NaN where all are.
 
-    `parts`: pairs of weight and array, all arrays of one shape.
+    `parts` holds pairs of weight and array; all arrays have the same shape.
     """
     weights, values = np.array([weight for weight, _ in parts]), np.stack([value for _, value in parts])
     weight = weights.reshape(-1, *[1] * (values.ndim - 1)) * ~np.isnan(values)

@@ -24,7 +24,7 @@ MODULUS = FILE_NAMES["log_stiffness"]
 WIDE = 0.2
 """Standard deviation of the ln of the modulus from which scales are compared; below it they agree within 2 % of it."""
 TRIED = (-2.0, -1.0, 1.0, 2.0)
-"""Deviations of the modulus, in standard deviations, at which the rise of chi-square is held against a linear one."""
+"""Deviations of the modulus, in standard deviations, at which the rise of chi-square is compared with a quadratic."""
 
 
 def posterior_of(choice: Choice) -> Posterior:
@@ -105,8 +105,10 @@ def _in_linear_scale(posterior: ModelPosterior, fitted: Fit, kept: Sequence[int]
 
 
 def _bent(posterior: ModelPosterior, number: int, fitted: Fit, kept: Sequence[int]) -> float:
-    """How far chi-square of the recording is from that of the normal distribution of `posterior`, summed over moves of
-    parameter `number`, which take the others along as the distribution has it."""
+    """Deviation of the recording's chi-square from that of the normal distribution of `posterior`.
+
+    It is summed over the steps `TRIED` of parameter `number`; the other parameters take their conditional means.
+    """
     covariance, model = np.array(posterior.covariance), fitted.model
     nominal: Manipulator = model.recording.manipulator
     known = np.linalg.pinv(covariance, hermitian=True)

@@ -191,8 +191,8 @@ class LinearModel:
 
     @cached_property
     def barred(self) -> np.ndarray:
-        """(columns, columns) whether the second cannot join the first: itself, probes of the same hypothesis, a kind
-        that occurs once, kinds in the place of each other."""
+        """(columns, columns) whether a set cannot hold both columns: equal ones, probes of one hypothesis, and
+        hypotheses that exclude each other."""
         hypotheses = [column.hypothesis for column in self.columns]
         of_kind: dict[str, list[int]] = {}
         of_rigs: dict[tuple[str, tuple[int, ...]], list[int]] = {}
@@ -238,7 +238,10 @@ def _spectrum(normal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def best_sets(model: LinearModel, starts: Sequence[frozenset[int]], settings: Settings, most: int) -> list[Proposal]:
-    """The best sets of at most `most` columns, best first: a beam of sets that moves until none is better."""
+    """The sets of at most `most` columns that a beam search visits, best first.
+
+    In each round the neighbours of the best `Settings.beam` sets are evaluated, until none of these sets is new.
+    """
     known = dict(zip(starts, model.evidences(starts), strict=True))
     grown: set[frozenset[int]] = set()
     while True:
@@ -254,8 +257,8 @@ def best_sets(model: LinearModel, starts: Sequence[frozenset[int]], settings: Se
 def _neighbours(
     model: LinearModel, sets: Sequence[frozenset[int]], settings: Settings, most: int
 ) -> Iterator[frozenset[int]]:
-    """Sets with one column more, less or exchanged than one of `sets`, and with one instead of all of a kind or of any
-    two; of many additions the best."""
+    """Sets that differ from one of `sets` by one column added, left out or exchanged, or by one column in the place of
+    any two or of all of a kind; of the additions only the most promising."""
     added_to = [(chosen, settings.best_added) for chosen in sets if len(chosen) < most]
     for chosen in sets:
         less = [chosen - {k} for k in chosen]

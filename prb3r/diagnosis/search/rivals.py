@@ -13,22 +13,22 @@ from prb3r.diagnosis.search.selection import Choice
 
 @dataclass(frozen=True, eq=False)
 class Rival:
-    """Another effect in the place of a chosen one."""
+    """Another effect that could replace a chosen one."""
 
     hypothesis: Hypothesis
     """The other effect."""
     fitted: Fit
     """The chosen model with it, refitted."""
     distance: float
-    """Squared whitened distance from the prediction of the chosen model to the nearest that the rival can make."""
+    """Squared whitened distance between the prediction of the chosen model and the nearest prediction of the rival."""
     behind: float
     """How much worse the rival fits: its penalised chi-square (`cost`) less that of the chosen model."""
     known: float = 0.0
-    """Twice the ln of the prior odds of the chosen effect against the rival, if the chosen was found before; else 0."""
+    """Twice the ln of the prior odds of the chosen effect against the rival if the former was found before; else 0."""
 
     @property
     def indistinguishable(self) -> bool:
-        """Whether neither the recording nor what was known before ranks the two surely."""
+        """Whether neither the recording nor prior knowledge ranks the two with certainty."""
         settings = self.fitted.model.settings
         if self.known and self.behind + self.known >= settings.close_fit:
             return False
@@ -37,8 +37,10 @@ class Rival:
 
 
 def distance(of: Fit, to: Fit) -> float:
-    """Least squared whitened distance between the prediction of fit `of` and that of the model of fit `to` at any
-    parameters, linearised at `to`."""
+    """Least squared whitened distance of the prediction of fit `of` from predictions of the model of fit `to`.
+
+    The minimum is over all parameters of that model, linearised at `to`.
+    """
     apart, basis = to.apart(of), to.basis
     apart = apart - basis @ (basis.T @ apart)
     return float(apart @ apart)
