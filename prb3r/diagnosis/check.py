@@ -15,7 +15,7 @@ from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.fit.tolerance import EstimatedTolerances
 from prb3r.diagnosis.known import Doubted, Searched
 from prb3r.diagnosis.result.investigation import Investigation
-from prb3r.diagnosis.result.named import named_effect, separations, surviving
+from prb3r.diagnosis.result.named import is_felt, named_effect, separations, surviving
 from prb3r.diagnosis.result.remarks import (
     against_the_best,
     as_many_as_sought,
@@ -68,8 +68,8 @@ def check(searched: Searched, blunder: Blunder | None = None) -> Investigation:
     refuted = () if fresh is None or why else choice.refuted_by(fresh.refutes)
     choice = choice.without(refuted)
     why = why or why_doubtful(choice, doubted.search)
-    effects = range(len(choice.fitted.model.hypotheses))
     told = as_drawn(choice.fitted) if why else choice.fitted
+    effects = [k for k in range(len(told.effects)) if not why or is_felt(told, k)]
     named = tuple(named_effect(choice, k, doubted.search, fresh, told, partial=bool(why)) for k in effects)
     law, gain = empirical_law(fresh, calibrated, choice.fitted, task.seed) if why else (None, None)
     refitted = constants_as_drawn(calibrated) if choice.fitted.model.hypotheses else told

@@ -31,10 +31,10 @@ def best_carried(investigation: Investigation) -> Fit | None:
     single = [k for k, effect in enumerate(told.effects) if not other_geometry([effect], nominal, nominal)[0]]
     if not single:
         return _better(told, investigation)
-    model, shares = told.model, told.model.shares(told.p)
+    model, p = told.model, told.p
     for k in reversed(single):
-        model, shares = model.without(k), [*shares[:k], *shares[k + 1 :]]
-    fitted = fit(model, np.concatenate([told.p[: len(model.varied)], *shares]))
+        model, p = model.without(k), model.without_share(p, k)
+    fitted = fit(model, p)
     return investigation.refitted if fitted is None else _better(fitted, investigation)
 
 
