@@ -17,7 +17,7 @@ from prb3r.diagnosis.result.as_made import parts_posterior
 from prb3r.diagnosis.result.investigation import Investigation
 from prb3r.diagnosis.result.largest_bending import bending_of
 from prb3r.diagnosis.result.posterior import FILE_NAMES, FreeParameter, ModelPosterior, Posterior
-from prb3r.diagnosis.result.unexplained import best_carried, best_predicting, discrepancy_of
+from prb3r.diagnosis.result.unexplained import best_carried, best_predicting, carried_alone, discrepancy_of
 from prb3r.model.manipulator import Manipulator
 
 MODULUS = FILE_NAMES["log_stiffness"]
@@ -35,22 +35,24 @@ def posterior_of(investigation: Investigation) -> Posterior:
         _model_posterior(survivor.fitted, survivor.probability, choice.doubts, named=survivor.effects == choice.effects)
         for survivor in choice.survivors
     ]
+    best = best_predicting(investigation)
     return Posterior(
         manipulator=recording.manipulator,
         tolerance=recording.tolerance,
         models=models,
-        told=_told(best_predicting(investigation), investigation),
-        carried=_told(best_carried(investigation), investigation),
+        told=_told(best, best, investigation),
+        carried=_told(best_carried(investigation), carried_alone(investigation), investigation),
         bending=bending_of(recording.manipulator, choice.fitted.solved.states.angle),
     )
 
 
-def _told(fitted: Fit | None, investigation: Investigation) -> ModelPosterior | None:
-    """The posterior of a model with every part as drawn, with its discrepancy; None of none."""
-    if fitted is None:
+def _told(best: Fit | None, missing: Fit | None, investigation: Investigation) -> ModelPosterior | None:
+    """The posterior of the `best` model, every part as drawn, with the discrepancy of the model `missing`; None of
+    none."""
+    if best is None or missing is None:
         return None
-    posterior = _model_posterior(fitted, 1.0, None, named=True)
-    return posterior.model_copy(update={"discrepancy": discrepancy_of(fitted, investigation)})
+    posterior = _model_posterior(best, 1.0, None, named=True)
+    return posterior.model_copy(update={"discrepancy": discrepancy_of(missing, investigation)})
 
 
 def _free(name: str, nominal: float, ends: tuple[float, float]) -> Free:

@@ -1,14 +1,19 @@
 """What predictions rest on where a recording is unexplained: the model that predicts best, and how far it misses."""
 
+from collections.abc import Callable
+
 import numpy as np
 
 from prb3r.diagnosis.fit.covariance import reading_sd
 from prb3r.diagnosis.fit.least_squares import fit
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.fit.prediction import Predictor
+from prb3r.diagnosis.library import SUSPECTS
+from prb3r.diagnosis.library.suspect import OF_A_PART
 from prb3r.diagnosis.result.discrepancy import Discrepancy, from_straight
 from prb3r.diagnosis.result.investigation import Investigation
 from prb3r.diagnosis.result.transfer import other_geometry
+from prb3r.model.effects.base import Effect
 from prb3r.recording.recording import Kind
 
 
@@ -19,22 +24,33 @@ def best_predicting(investigation: Investigation) -> Fit | None:
 
 
 def best_carried(investigation: Investigation) -> Fit | None:
-    """As :func:`best_predicting`, for designs of another geometry: faults of single parts, which do not carry over, are
-    taken out of the model, and the others refitted.
+    """As :func:`best_predicting`, for designs of another geometry: refitted without faults of single parts.
 
     In an unexplained recording such faults may balance effects that do carry over: without the ones, the sizes of the
     others are wrong.
     """
-    told, nominal = investigation.told, investigation.recording.manipulator
     if not investigation.why:
         return None
-    single = [k for k, effect in enumerate(told.effects) if not other_geometry([effect], nominal, nominal)[0]]
-    if not single:
-        return _better(told, investigation)
-    model, p = told.model, told.p
-    for k in reversed(single):
+    return _refitted_with(investigation, lambda effect: SUSPECTS[effect.kind].transfer is not OF_A_PART)
+
+
+def carried_alone(investigation: Investigation) -> Fit | None:
+    """The model of what carries over to designs of another geometry and nothing else, refitted: how much it misses of
+    the recording tells how much it may miss there.  None where the recording is explained."""
+    if not investigation.why:
+        return None
+    nominal = investigation.recording.manipulator
+    return _refitted_with(investigation, lambda effect: bool(other_geometry([effect], nominal, nominal)[0]))
+
+
+def _refitted_with(investigation: Investigation, kept: Callable[[Effect], bool]) -> Fit:
+    """The model that is told with those of its effects that are `kept`, refitted; the constants alone where these
+    predict the sequences set aside as well."""
+    told = investigation.told
+    model, p, dropped = told.model, told.p, [k for k, effect in enumerate(told.effects) if not kept(effect)]
+    for k in reversed(dropped):
         model, p = model.without(k), model.without_share(p, k)
-    fitted = fit(model, p)
+    fitted = fit(model, p) if dropped else told
     return investigation.refitted if fitted is None else _better(fitted, investigation)
 
 
