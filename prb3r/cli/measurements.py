@@ -14,7 +14,7 @@ from prb3r.cli.shared import JOBS
 @click.option("--commands", type=click.IntRange(0), default=3, show_default=True, help="Rounds of whole commands.")
 @click.option("-o", "--output", default="results/bench", show_default=True, help="Folder for the table.")
 def bench_command(as_json, diagnosis, commands, output) -> None:
-    """Speed and accuracy against the seed's method and the integral model, measured in one run."""
+    """Speed and accuracy against `fsolve` on Eq. 12 and the integral model of the paper, measured in one run."""
     from prb3r.bench.measure import measure
     from prb3r.bench.methods import COMPARED
     from prb3r.bench.tables import bench_json, bench_page

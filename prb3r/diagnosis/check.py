@@ -16,7 +16,7 @@ from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.fit.tolerance import EstimatedTolerances
 from prb3r.diagnosis.known import Doubted, Searched
 from prb3r.diagnosis.result.investigation import Investigation
-from prb3r.diagnosis.result.named import named_effect, separations, surviving
+from prb3r.diagnosis.result.named import is_felt, named_effect, separations, surviving
 from prb3r.diagnosis.result.remarks import (
     against_the_best,
     as_many_as_sought,
@@ -60,8 +60,8 @@ def check(searched: Searched, blunder: Blunder | None = None) -> Investigation:
     fresh, before = _set_aside(doubted, choice), choice.fitted
     choice, checks, failed, refuted, why = _tested_on(fresh, choice, doubted)
 
-    effects = range(len(choice.fitted.model.hypotheses))
     reported = as_drawn(choice.fitted) if why else choice.fitted
+    effects = [k for k in range(len(reported.effects)) if not why or is_felt(reported, k)]
     named = tuple(named_effect(choice, k, doubted.search, fresh, reported, partial=bool(why)) for k in effects)
     law, gain = empirical_law(fresh, calibrated, choice.fitted, doubted.task.seed) if why else (None, None)
     refitted = constants_as_drawn(calibrated) if choice.fitted.model.hypotheses else reported

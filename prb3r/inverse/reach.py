@@ -13,6 +13,7 @@ from prb3r.inverse.pull import Aim, Least, Pull, lengths
 from prb3r.inverse.reached import BEYOND_YIELD, IS_REACHED, NO_PULL, NOT_REACHED, Reached
 from prb3r.inverse.search import Found, best_pull, natural_limits
 from prb3r.inverse.target import COORDINATES, Target, out_of_reach, targets_of
+from prb3r.markdown import listed
 from prb3r.mechanics.chain import Chain, Loads, loads, no_loads
 from prb3r.model.effects.cables import DeadCable
 from prb3r.model.given import of_given
@@ -265,4 +266,12 @@ def _note(target: Target, best: Found | None, most: np.ndarray, names: list[str]
         ]
         return f"cable {' and '.join(full)} at the largest tension" if full else "no nearer pull was found"
     stuck = [name for name, pull, slip in zip(names, best.tension, best.slip, strict=True) if pull > 0 and slip == 0]
-    return f"cable {' and '.join(stuck)} sticks: its friction, either way, is taken as none" if stuck else ""
+    if not stuck:
+        return ""
+    turn = "sticks: its" if len(stuck) == 1 else "stick: their"
+    return f"{_cables(stuck)} {turn} friction, either way, is taken as none"
+
+
+def _cables(names: list[str]) -> str:
+    """Cables by name, such as `cables 1 and 2`."""
+    return f"cable{'s' * (len(names) > 1)} {listed(names)}"

@@ -112,7 +112,7 @@ def _oftener_first(decision: Decision, k: int) -> str:
     other = int(np.argmax(decision.win_share))
     if round(100 * decision.win_share[other]) <= round(100 * decision.win_share[k]):
         return ""
-    return f", but {100 * decision.win_share[other]:.0f} % {decision.designs[other]}"
+    return f", but {100 * decision.win_share[other]:.0f} % put {decision.designs[other]} first"
 
 
 def _nothing_does(decision: Decision) -> str:

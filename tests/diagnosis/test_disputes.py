@@ -37,13 +37,12 @@ def disputed():
 
 
 def test_the_model_that_is_named_is_marked_though_it_was_fitted_again():
-    choice = investigated().choice
-    again = fit(choice.fitted.model, choice.fitted.p)
-    choice = replace(choice, fitted=again)
-    marked = [model.named for model in posterior_of(choice).models]
+    found = investigated()
+    choice = replace(found.choice, fitted=fit(found.choice.fitted.model, found.choice.fitted.p))
+    marked = [model.named for model in posterior_of(replace(found, choice=choice)).models]
     assert marked == [survivor.effects == choice.effects for survivor in choice.survivors]
     assert sum(marked) == 1
-    assert choice.refuted_by(lambda fitted: fitted is not again) == tuple(
+    assert choice.refuted_by(lambda fitted: fitted is not choice.fitted) == tuple(
         survivor for survivor in choice.survivors if survivor.effects != choice.effects
     )
 

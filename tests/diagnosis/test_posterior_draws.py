@@ -76,7 +76,7 @@ def test_drawn_rigs_act_under_the_recorded_loads_as_recorded(tmp_path, modulus, 
     fitted = fit(plain.model.adding(effect), np.append(plain.p, 0.0))
     doubts, survivors = Doubts(np.ones(len(fitted.solved.readings))), (Survivor(fitted, 0.0, 1.0),)
     choice = replace(investigated().choice, fitted=fitted, survivors=survivors, doubts=doubts)
-    posterior = posterior_of(choice)
+    posterior = posterior_of(replace(investigated(), choice=choice))
     drawn = [fitted.model.predict.solve(rig.constants, rig.effects) for rig in posterior.draws(100, seed=1)]
     off = [fitted.model.noise.whiten(each.readings - fitted.solved.readings) for each in drawn]
     assert np.mean(np.sum(np.square(off), axis=1)) < 2 * len(fitted.p)

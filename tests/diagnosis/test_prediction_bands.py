@@ -70,7 +70,7 @@ def test_what_a_mended_recording_leaves_unexplained_is_said_from_its_file_too(we
         (tmp_path / "diagnosis.json").write_text(json.dumps(record))
         pulled = {"sequence": ["a"], "step": [1], "cable_1_n": [5.0]}
         remarks = predict(tmp_path, weak_rig / "same.toml", pulled, draws=40).remarks
-        assert (f"{said}, and bands leave that out" in remarks) == partial
+        assert (said in remarks) == partial
         carried = predict(tmp_path, weak_rig / "same.toml")
         assert (f"# {said}\n" in carried.to_toml()) == partial
 

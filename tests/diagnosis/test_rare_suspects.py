@@ -35,27 +35,33 @@ with the load, other forces at which it has the stated coefficients survive, wit
 the share of a coefficient that is estimated too; 6 N bend the arm little."""
 
 
+QUICK = [
+    (case(0.6, kind="load_dependent_friction", exponent=0.6, tension_n=95.0), {}),
+    (timed(0.6, kind="rate_dependent_friction", rate=0.08, reference_n_per_s=0.0629), {}),
+    (case(kind="stiffness_gradient", tip_to_base=0.6), {}),
+    (case(kind="tension_drift", offset_n_per_step=0.5, cables=("1",)), {"cables": ("1",)}),
+    (replace(case(kind="payload_scale", scale=2.0), program="hung"), {}),
+]
+"""Cases of different sides of the library: friction, time, plates, tensions, loads."""
+OTHERS = [
+    (case(kind="umbilical", stiffness_n_m_per_rad=1.5), {}),
+    (case(kind="base_compliance", compliance_rad_per_n_m=0.03), {}),
+    (case(0.6, kind="load_dependent_friction", exponent=-0.8, tension_n=95.0), {}),
+    (timed(0.6, kind="rate_dependent_friction", rate=-0.06, reference_n_per_s=0.0629), {}),
+    (case(0.6, kind="wrap_saturation", saturation_per_rad=8.0), {}),
+    (case(kind="precurvature_gradient", change_per_m=1.0), {}),
+    (case(kind="plate_softening", share_per_step=0.008), {}),
+    (case(0.6, kind="friction_drift", share_per_step=0.03), {}),
+    (case(0.6, kind="friction_drift", share_per_step=-0.02), {}),
+    (case(kind="load_cell", quadratic_per_n=0.002), {}),
+    (case(kind="tension_play", play_n=2.5), {}),
+    (replace(case(kind="base_tilt", angle_rad=-0.06), program="hung"), {}),
+]
+
+
 @pytest.mark.parametrize(
     ("hidden", "place"),
-    [
-        (case(kind="umbilical", stiffness_n_m_per_rad=1.5), {}),
-        (case(kind="base_compliance", compliance_rad_per_n_m=0.03), {}),
-        (case(0.6, kind="load_dependent_friction", exponent=0.6, tension_n=95.0), {}),
-        (case(0.6, kind="load_dependent_friction", exponent=-0.8, tension_n=95.0), {}),
-        (timed(0.6, kind="rate_dependent_friction", rate=0.08, reference_n_per_s=0.0629), {}),
-        (timed(0.6, kind="rate_dependent_friction", rate=-0.06, reference_n_per_s=0.0629), {}),
-        (case(0.6, kind="wrap_saturation", saturation_per_rad=8.0), {}),
-        (case(kind="stiffness_gradient", tip_to_base=0.6), {}),
-        (case(kind="precurvature_gradient", change_per_m=1.0), {}),
-        (case(kind="tension_drift", offset_n_per_step=0.5, cables=("1",)), {"cables": ("1",)}),
-        (case(kind="plate_softening", share_per_step=0.008), {}),
-        (case(0.6, kind="friction_drift", share_per_step=0.03), {}),
-        (case(0.6, kind="friction_drift", share_per_step=-0.02), {}),
-        (case(kind="load_cell", quadratic_per_n=0.002), {}),
-        (case(kind="tension_play", play_n=2.5), {}),
-        (replace(case(kind="base_tilt", angle_rad=-0.06), program="hung"), {}),
-        (replace(case(kind="payload_scale", scale=2.0), program="hung"), {}),
-    ],
+    [*QUICK, *(pytest.param(*other, marks=pytest.mark.long) for other in OTHERS)],
     ids=lambda value: dict(value.hidden[0])["kind"] if isinstance(value, Case) else "",
 )
 def test_what_few_rigs_have_is_named_with_its_place_and_size(hidden, place):
@@ -82,7 +88,12 @@ def test_a_heavier_tip_is_likelier_than_a_force_that_nobody_applied_where_the_ar
 
 
 @pytest.mark.parametrize(
-    ("seed", "friction", "excess", "decay"), [(2, 0.6, 0.5, 15.0), (3, 0.6, 0.3, 30.0), (1, 0.3, 0.8, 25.0)]
+    ("seed", "friction", "excess", "decay"),
+    [
+        (2, 0.6, 0.5, 15.0),
+        pytest.param(3, 0.6, 0.3, 30.0, marks=pytest.mark.long),
+        pytest.param(1, 0.3, 0.8, 25.0, marks=pytest.mark.long),
+    ],
 )
 def test_static_friction_is_named_with_its_size_where_cables_turn_back(seed, friction, excess, decay):
     sticks = (("kind", "breakaway_friction"), ("excess", excess), ("decay_n", decay))

@@ -9,6 +9,7 @@ from diagnosis.simulated import Case, pulled_again, recorded
 
 from prb3r.diagnosis.checks.repeats import scatter
 from prb3r.diagnosis.evidence.repeated_loads import matches
+from prb3r.diagnosis.fit.calibrate import fit_constants
 from prb3r.diagnosis.fit.constants import Constants
 from prb3r.diagnosis.fit.prediction import predictor
 from prb3r.diagnosis.investigate import investigate, run_stages
@@ -26,6 +27,19 @@ def test_the_scatter_of_what_was_pulled_again_is_found_at_equal_and_at_other_loa
     found = scatter(pulled_again(factor, other=other), Settings())
     assert found.factor == pytest.approx(factor, rel=0.08)
     assert found.beyond_chance == (factor > 1)
+
+
+def test_steps_that_constants_alone_do_not_reach_tell_no_scatter(monkeypatch):
+    """Where no constants balance every step, some readings are not predicted."""
+    many = pulled_again(2.0)
+
+    def losing(*given, **settings):
+        found = fit_constants(*given, **settings)
+        lost = many.readings.step % 5 == 4
+        return replace(found, solved=replace(found.solved, readings=np.where(lost, np.nan, found.solved.readings)))
+
+    monkeypatch.setattr("prb3r.diagnosis.checks.repeats.fit_constants", losing)
+    assert scatter(many, Settings()).factor == pytest.approx(2.0, rel=0.15)
 
 
 def test_other_paths_are_no_repetition():

@@ -70,7 +70,7 @@ def test_a_design_that_other_weights_favour_more_often_is_told_beside_the_recomm
     ]
     assert "thin" in told[0]
     assert " of all weights put it first, but 4" in told[0]
-    assert told[0].rstrip(".").endswith("% middle")
+    assert told[0].rstrip(".").endswith("% put middle first")
     assert "middle" in told[1]
     assert "put it first, but" not in told[1]
 

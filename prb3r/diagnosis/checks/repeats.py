@@ -44,7 +44,7 @@ def scatter(recording: Recording, settings: Settings) -> Scatter | None:
     fitted = fit_constants(predict, settings=settings)
     noise = noise_of(recording, tension_response(predict, fitted.solved))
     misfit, variance = predict.misfit(fitted.solved.readings), noise.total_sd**2
-    believed = outlier_inflation(predict, fitted.solved.readings, settings) == 1
+    believed = (outlier_inflation(predict, fitted.solved.readings, settings) == 1) & np.isfinite(misfit)
     squares = []
     for change in _changes(recording, matched, believed):
         rows, weights = np.array(list(change)), np.array(list(change.values()))
@@ -64,7 +64,7 @@ def _changes(
 
     Parameters
     ----------
-    believed : (r,) whether a reading is no gross outlier.
+    believed : (r,) whether a reading is predicted and no gross outlier.
     """
     step, disk, kind, _ = (field.tolist() for field in recording.readings)
     row = {key: k for k, key in enumerate(zip(step, disk, kind, strict=True)) if believed[k]}

@@ -3,7 +3,7 @@ bands.
 
 A band holds the uncertainty that the recording leaves on the model and its parameters, and that of the making: on the
 recorded rig, its parts as the readings tell them; on another rig, the tolerances of the recording.  What the diagnosis
-could not explain is not in the band.
+could not explain widens the band (`discrepancy.py`).
 """
 
 import json
@@ -40,6 +40,8 @@ PREDICTED = ("x_m", "y_m", "angle_rad")
 """Coordinates that are predicted for every disk."""
 STANDING = (Outcome.CONVERGED, Outcome.DETOUR)
 """Outcomes of a solve that are equilibria at which an arm stays."""
+UNEXPLAINED = "the recording is unexplained: what carries over may stand in for something else"
+"""What is said of predictions that rest on such a recording."""
 WHAT_TO_GIVE = "give the folder that prb3r diagnose wrote, or its diagnosis.json"
 """What messages ask for in the place of a diagnosis."""
 
@@ -81,13 +83,13 @@ def predict_design(
     """
     if draws < 1 / TAIL:
         raise SpecError(Problem("draws", f"a 95 % band needs at least {1 / TAIL:.0f}, not {draws}"))
-    posterior, verdict = read_posterior(diagnosis)
+    known, verdict = read_posterior(diagnosis)
     columns = read_table(steps) if isinstance(steps, str | Path) else steps
-    design = LearntDesign(posterior, manipulator_of(manipulator), timed=columns is None or TIME in columns)
+    design = LearntDesign(known, manipulator_of(manipulator), timed=columns is None or TIME in columns)
+    posterior = design.posterior
     (central, left), remarks = design.of(posterior.named), design.remarks
     if verdict == "unexplained":
-        bands = "" if steps is None else ", and bands leave that out"
-        remarks.append(f"the recording is unexplained: what carries over may stand in for something else{bands}")
+        remarks.append(UNEXPLAINED)
     if steps is None:
         return DesignPrediction(central, left, tuple(remarks), None)
     if left:
@@ -100,12 +102,12 @@ def predict_design(
     blocks = solve_in_blocks(central, steps)
 
     def predicted(rig: Drawn, made: bool) -> np.ndarray:
-        known = design.of(rig).manipulator
+        learnt = design.of(rig).manipulator
         if recorded and rig.parts:
-            chain = as_made(known, rig.parts)
+            chain = as_made(learnt, rig.parts)
         else:
-            chain = within_tolerances(known, posterior.tolerance, rng, common) if made else known.chain()
-        return _positions(replace(blocks, manipulator=known, chain=chain))
+            chain = within_tolerances(learnt, posterior.tolerance, rng, common) if made else learnt.chain()
+        return _positions(replace(blocks, manipulator=learnt, chain=chain))
 
     centre = averaged([(share, predicted(centre, made=False)) for share, centre in posterior.centres])
     if posterior.bending is not None:
@@ -113,6 +115,9 @@ def predict_design(
         remarks += filter(None, [bending.beyond(posterior.bending, Settings.bent_beyond)])
     rigs = posterior.draws(draws, seed)
     spread = np.stack([predicted(rig, made=True) for rig in rigs])
+    if (discrepancy := posterior.discrepancy) is not None:
+        spread = spread + discrepancy.errors(central.chain(), centre, draws, rng)
+        remarks.append(discrepancy.statement)
     remarks += _what_widens(posterior, rigs, spread)
     lost = np.isnan(spread).any(2).mean(0)
     if lost.max(initial=0.0) > 0:

@@ -28,11 +28,17 @@ class Learnt(NamedTuple):
 class LearntDesign:
     """A design to which what is known of a recorded rig is carried over."""
 
-    posterior: Posterior
+    known: Posterior
+    """After the recording."""
     given: Manipulator
     """As the design's file describes it."""
     timed: bool = True
     """Whether the loads have times; else friction that goes by the rate is taken as it is at its reference rate."""
+
+    @cached_property
+    def posterior(self) -> Posterior:
+        """The posterior that predictions rest on."""
+        return self.known.resting(self.recorded)
 
     @cached_property
     def bare(self) -> Manipulator:
@@ -45,7 +51,7 @@ class LearntDesign:
     @cached_property
     def recorded(self) -> bool:
         """Whether it is the recorded rig."""
-        return same_geometry(self.posterior.manipulator, self.given)
+        return same_geometry(self.known.manipulator, self.given)
 
     def of(self, drawn: Drawn) -> Learnt:
         """The design with the constants and effects of a rig, as far as they carry over."""
@@ -62,6 +68,16 @@ class LearntDesign:
         if not self.timed and any(effect.needs_times for model in self.posterior.models for effect in model.effects):
             said = f"loads have no {TIME} here: friction that goes by the rate is taken as it is at its reference rate"
             remarks.insert(0, said)
+        if lost := self._single_faults:
+            rest = "the rest is refitted" if self.posterior.named.effects else "constants alone carry over"
+            remarks.insert(0, f"the recording is unexplained: {rest} without {listed(lost)}")
         if again := [effect_in_words(effect) for effect in self.given.effect if effect not in self.bare.effect]:
             remarks.insert(0, f"the design's file has {listed(again)} from this diagnosis already, which counts once")
         return remarks
+
+    @property
+    def _single_faults(self) -> list[str]:
+        """Kinds of effects of an unexplained recording that are told of the recorded rig, but not of the design."""
+        told = [effect.kind for effect in self.known.resting(same_geometry=True).named.effects]
+        kept = [effect.kind for effect in self.posterior.named.effects]
+        return [kind.replace("_", " ") for kind in dict.fromkeys(told) if kind not in kept]

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from prb3r.diagnosis.result.design_prediction import read_posterior
+from prb3r.diagnosis.result.design_prediction import UNEXPLAINED, read_posterior
 from prb3r.diagnosis.result.learnt_design import LearntDesign
 from prb3r.diagnosis.result.transfer import other_geometry
 from prb3r.diagnosis.settings import Settings
@@ -62,9 +62,9 @@ def learnt_study(
     if any(factor.name == LEARNT for factor in spec.factor):
         raise SpecError(Problem(f"{path} factor.{LEARNT}", "has what was learnt already; give the study without it"))
     design = _design(spec, path)
-    posterior, _ = read_posterior(diagnosis)
+    posterior, verdict = read_posterior(diagnosis)
     known = LearntDesign(posterior, design, timed=False)
-    carried = [known.of(draw) for draw in posterior.draws(count, seed)]
+    carried = [known.of(draw) for draw in known.posterior.draws(count, seed)]
     drawn, left = [rig for rig, _ in carried], dict.fromkeys(reason for _, reasons in carried for reason in reasons)
     levels = [{"label": str(k), "set": dict(_changes(_plain(design), _plain(rig)))} for k, rig in enumerate(drawn, 1)]
     added = toml_text({"factor": [{"name": LEARNT, "chosen": False, "level": levels}]})
@@ -72,6 +72,8 @@ def learnt_study(
         added = toml_text({"sampling": {"method": "sobol", "count": count}}) + "\n" + added
     remarks = [*(f"left behind: {reason}" for reason in left), *known.remarks]
     remarks += [*_goes_with_all(spec, known), *_in_place_of_learnt(spec, levels)]
+    if verdict == "unexplained":
+        remarks.append(f"{UNEXPLAINED}, and the draws leave that out")
     comment = f"# prb3r predict, of {count} draws (seed {seed}): what a diagnosis leaves possible\n"
     comment += "".join(f"# {remark}\n" for remark in remarks)
     text = path.read_text("utf-8-sig")

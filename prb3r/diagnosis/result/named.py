@@ -4,6 +4,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+import numpy as np
+
 from prb3r.diagnosis.checks.unseen import Unseen
 from prb3r.diagnosis.evidence.model_evidence import bic
 from prb3r.diagnosis.fit.model import Fit
@@ -88,6 +90,13 @@ def named_effect(
         profiles=profiles,
         without=simpler,
     )
+
+
+def is_felt(fitted: Fit, number: int) -> bool:
+    """Whether the effect at `number` of a fit moves any reading by more than its standard deviation."""
+    others = [effect for k, effect in enumerate(fitted.effects) if k != number]
+    moved = fitted.solved.readings - fitted.model.predict(fitted.constants, others)
+    return not bool((np.abs(moved) <= fitted.model.noise.total_sd).all())
 
 
 def _same_but_place(first: Hypothesis, second: Hypothesis) -> bool:

@@ -14,6 +14,7 @@ from prb3r.diagnosis.fit.constants import Constants, friction_beside
 from prb3r.diagnosis.fit.spans import spans_of
 from prb3r.diagnosis.library.hypothesis import Free, Hypothesis
 from prb3r.diagnosis.result.as_made import PartsPosterior
+from prb3r.diagnosis.result.discrepancy import Discrepancy
 from prb3r.diagnosis.result.largest_bending import Bending
 from prb3r.model.effects import AnyEffect
 from prb3r.model.effects.base import Effect
@@ -74,6 +75,8 @@ class ModelPosterior(Strict):
     """(f, f) of the `u` of `free`."""
     parts: PartsPosterior | None = None
     """How the parts of the rig came out."""
+    discrepancy: Discrepancy | None = None
+    """Between the model and the rig, where the recording is unexplained and something was read that moves."""
 
     @cached_property
     def hypotheses(self) -> tuple[Hypothesis, ...]:
@@ -154,9 +157,24 @@ class Posterior(Strict):
     tolerance: Tolerance = Tolerance()
     """How exactly rigs of its making are made."""
     models: list[ModelPosterior]
-    """Most probable first; probabilities add up to one."""
+    """The surviving models, most probable first; probabilities add up to one."""
+    reported: ModelPosterior | None = None
+    """The model that predicts best where the recording is unexplained: predictions rest on it alone then, as the
+    probabilities of models that all leave something say little."""
+    carried: ModelPosterior | None = None
+    """As `reported`, for designs of another geometry: refitted without faults of single parts, which stay behind."""
     bending: Bending | None = None
     """How far plates were bent; absent in what was written before this was noted."""
+
+    def resting(self, same_geometry: bool) -> "Posterior":
+        """The posterior that predictions for a design rest on: where the recording is unexplained, a single model."""
+        alone = self.reported if same_geometry else self.carried
+        return self.model_copy(update={"models": [alone], "reported": None, "carried": None}) if alone else self
+
+    @property
+    def discrepancy(self) -> Discrepancy | None:
+        """Between the most probable model and the rig, where the recording is unexplained."""
+        return self.models[0].discrepancy
 
     @property
     def named(self) -> Drawn:

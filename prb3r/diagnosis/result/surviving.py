@@ -14,10 +14,10 @@ from prb3r.diagnosis.evidence.outliers import Doubts
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.library.hypothesis import Free
 from prb3r.diagnosis.result.as_made import parts_posterior
+from prb3r.diagnosis.result.investigation import Investigation
 from prb3r.diagnosis.result.largest_bending import bending_of
 from prb3r.diagnosis.result.posterior import FILE_NAMES, FreeParameter, ModelPosterior, Posterior
-from prb3r.diagnosis.search.pool import Survivor
-from prb3r.diagnosis.search.selection import Choice
+from prb3r.diagnosis.result.unexplained import best_carried, best_predicting, carried_alone, discrepancy_of
 from prb3r.model.manipulator import Manipulator
 
 MODULUS = FILE_NAMES["log_stiffness"]
@@ -27,15 +27,32 @@ TRIED = (-2.0, -1.0, 1.0, 2.0)
 """Deviations of the modulus, in standard deviations, at which the rise of chi-square is compared with a quadratic."""
 
 
-def posterior_of(choice: Choice) -> Posterior:
-    """The posterior of the surviving models of a choice."""
+def posterior_of(investigation: Investigation) -> Posterior:
+    """The posterior of the surviving models; where the recording is unexplained, with the model that predicts best."""
+    choice = investigation.choice
     recording = choice.fitted.recording
     models = [
-        _model_posterior(survivor, choice.doubts, named=survivor.effects == choice.effects)
+        _model_posterior(survivor.fitted, survivor.probability, choice.doubts, named=survivor.effects == choice.effects)
         for survivor in choice.survivors
     ]
-    bending = bending_of(recording.manipulator, choice.fitted.solved.states.angle)
-    return Posterior(manipulator=recording.manipulator, tolerance=recording.tolerance, models=models, bending=bending)
+    best = best_predicting(investigation)
+    return Posterior(
+        manipulator=recording.manipulator,
+        tolerance=recording.tolerance,
+        models=models,
+        reported=_alone(best, best, investigation),
+        carried=_alone(best_carried(investigation), carried_alone(investigation), investigation),
+        bending=bending_of(recording.manipulator, choice.fitted.solved.states.angle),
+    )
+
+
+def _alone(best: Fit | None, missing: Fit | None, investigation: Investigation) -> ModelPosterior | None:
+    """The posterior of the `best` model, every part as drawn, with the discrepancy of the model `missing`; None of
+    none."""
+    if best is None or missing is None:
+        return None
+    posterior = _model_posterior(best, 1.0, None, named=True)
+    return posterior.model_copy(update={"discrepancy": discrepancy_of(missing, investigation)})
 
 
 def _free(name: str, nominal: float, ends: tuple[float, float]) -> Free:
@@ -44,9 +61,14 @@ def _free(name: str, nominal: float, ends: tuple[float, float]) -> Free:
     return Free(name, nominal, low, high, log=True)
 
 
-def _model_posterior(survivor: Survivor, doubts: Doubts, named: bool) -> ModelPosterior:
-    """The posterior of one surviving model, the frame of the camera left out."""
-    fitted = survivor.fitted
+def _model_posterior(fitted: Fit, probability: float, doubts: Doubts | None, named: bool) -> ModelPosterior:
+    """The posterior of one model, the frame of the camera left out.
+
+    Parameters
+    ----------
+    doubts : what is not believed of the readings, from which the parts of the rig are estimated; None where they are
+        as drawn.
+    """
     model, nominal = fitted.model, fitted.recording.manipulator
     values = {"log_stiffness": nominal.youngs_modulus_pa, "log_friction": nominal.friction.coefficient}
     frees = {
@@ -60,7 +82,7 @@ def _model_posterior(survivor: Survivor, doubts: Doubts, named: bool) -> ModelPo
     }
     kept = list(frees)
     posterior = ModelPosterior(
-        probability=survivor.probability,
+        probability=probability,
         named=named,
         constants={
             FILE_NAMES[name]: float(value * np.exp(getattr(fitted.constants, name))) for name, value in values.items()
@@ -68,7 +90,7 @@ def _model_posterior(survivor: Survivor, doubts: Doubts, named: bool) -> ModelPo
         effects=list(fitted.effects),
         free=[_parameter(free, float(fitted.p[k])) for k, free in frees.items()],
         covariance=fitted.covariance[np.ix_(kept, kept)].tolist(),
-        parts=parts_posterior(fitted, doubts, kept),
+        parts=None if doubts is None else parts_posterior(fitted, doubts, kept),
     )
     return _in_linear_scale(posterior, fitted, kept)
 

@@ -68,7 +68,7 @@ def tell(investigation: Investigation) -> Diagnosis:
         ),
         noise=_noise(investigation),
         models=investigation.models,
-        posterior=posterior_of(investigation.choice),
+        posterior=posterior_of(investigation),
         alternatives=tuple(tuple(sorted(kinds)) for kinds in investigation.choice.alternatives),
         tolerances=_tolerances(investigation.tolerances),
         checks=investigation.checks,

@@ -67,7 +67,8 @@ def on_other(diagnosis: Diagnosis, recording: Recording) -> Carried:
     calibrated constants alone.
     """
     nominal, other, settings = diagnosis.nominal, recording.manipulator, Settings(**diagnosis.settings)
-    most, named = settings.most_faults, diagnosis.explained
+    rests = diagnosis.posterior.resting(same_geometry(nominal, other))
+    most, named = settings.most_faults, rests.named
     carried, left = carried_effects(named.effects, nominal, other, most)
     predict = predictor(recording, settings)
     after = predict.solve(carried_constants(named.constants, nominal, other, named.effects, most), carried)
@@ -78,7 +79,7 @@ def on_other(diagnosis: Diagnosis, recording: Recording) -> Carried:
         constants = carried_constants(model.constants, nominal, other, model.effects, most)
         return _in_frame(predict, noise, constants, carried_effects(model.effects, nominal, other, most)[0])
 
-    explained = averaged([(share, seen(centre)) for share, centre in diagnosis.posterior.centres])
+    explained = averaged([(share, seen(centre)) for share, centre in rests.centres])
     chosen = seen(named)
 
     def errors_without(effect: NamedEffect) -> HeldOut | None:

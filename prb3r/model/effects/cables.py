@@ -30,7 +30,8 @@ class DeadCable(Effect):
 
 
 class TensionOffset(Effect):
-    """Added to the applied tension of all (or the named) cables, idle ones too; no tension is below zero."""
+    """A force that is added to the applied tension of all (or the named) cables, idle ones too; no tension falls below
+    zero."""
 
     kind: Literal["tension_offset"]
     offset_n: float
@@ -62,9 +63,9 @@ class LoadCell(Effect):
 
 class TensionPlay(Effect):
     """The tension of all (or the named) cables lags behind the recorded one, as of a load cell with play or of a guide
-    that drags with a constant force: it stays while the recorded one is within `play_n` of it, and is dragged along
-    beyond. So `play_n` of it is missing as a cable is pulled, too much as it is let go, and of every reversal the first
-    2 `play_n` are lost. A sequence begins with nothing."""
+    that drags with a constant force: it stays as long as the recorded one is within `play_n` of it, and is dragged
+    along beyond. So it is `play_n` too small as a cable is pulled and `play_n` too large as it is let go, and the first
+    2 `play_n` of every reversal change nothing. At the beginning of a sequence it is zero."""
 
     kind: Literal["tension_play"]
     play_n: NonNegative
@@ -75,8 +76,8 @@ class TensionPlay(Effect):
 
 
 class TensionDrift(Effect):
-    """The zero of load cells drifts: added to the applied tension of all (or the named) cables for every step of the
-    table before it, idle ones too; no tension is below zero."""
+    """The zero of load cells drifts: for every step of the table before, this is added to the applied tension of all
+    (or the named) cables, idle ones too; no tension falls below zero."""
 
     kind: Literal["tension_drift"]
     offset_n_per_step: float

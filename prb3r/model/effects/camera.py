@@ -32,8 +32,8 @@ class LensDistortion(Observation):
 
 
 class CameraDrift(Observation):
-    """The camera, or the frame that it is mounted on, moves steadily: with every step of the table before it what is
-    measured is turned by `angle_rad_per_step` about the base origin, and shifted by `x_m_per_step` and `y_m_per_step`,
+    """The camera, or the frame on which it is mounted, moves steadily: for every step of the table before, what is
+    measured is turned by `angle_rad_per_step` about the base origin and shifted by `x_m_per_step` and `y_m_per_step`,
     before scale and distortion."""
 
     kind: Literal["camera_drift"]

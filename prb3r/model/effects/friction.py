@@ -26,8 +26,9 @@ class CableFriction(Effect):
 
 
 class LoadDependentFriction(Effect):
-    """Friction that falls with the load, as of polymers on metal, or grows with it where the exponent is negative: at
-    every hole the coefficient times (T / `tension_n`)^-`exponent`, T the tension of the cable before the hole."""
+    """Friction that falls with the load, as of polymers on metal, or, where the exponent is negative, grows with it: at
+    every hole the coefficient times (T / `tension_n`)^-`exponent`, where T is the tension of the cable before the
+    hole."""
 
     kind: Literal["load_dependent_friction"]
     once: ClassVar[bool] = True
@@ -40,10 +41,10 @@ class LoadDependentFriction(Effect):
 
 class RateDependentFriction(Effect):
     """Friction that grows with the rate at which cables are pulled or, where `rate` is negative, with the time for
-    which they are held: at every hole the coefficient, and what pulleys take, times
-    1 + `rate` ln(v / `reference_n_per_s`), 0.05 at least. v is by how much a cable's tension differs from the step
-    before, 0.1 N at least, over the time between both (column `time_s`); at the first step of a sequence the factor is
-    1. With declared slip only."""
+    which they are held: at every hole the coefficient, and what pulleys take, times 1 + `rate` ln(v /
+    `reference_n_per_s`), but at least times 0.05. The rate v is the change of a cable's tension since the step before,
+    at least 0.1 N, over the time between both (column `time_s`); at the first step of a sequence the factor is 1. With
+    declared slip only."""
 
     kind: Literal["rate_dependent_friction"]
     once: ClassVar[bool] = True
@@ -66,9 +67,9 @@ class RateDependentFriction(Effect):
 
 class BreakawayFriction(Effect):
     """Static friction above the kinetic one, which is lost as the cable slips: at every hole the coefficient, and what
-    pulleys take, times 1 + `excess` exp(-s / `decay_n`). s is by how much the cable's tension has changed since the
-    cable began to slip the way it does: at the beginning of a sequence, where it is declared to slip another way than
-    at the step before, or after it was slack. With declared slip only."""
+    pulleys take, times 1 + `excess` exp(-s / `decay_n`). Here s is the change of the cable's tension since it began to
+    slip in its direction: since the beginning of the sequence, since slip was last declared in the other direction, or
+    since the cable was slack. With declared slip only."""
 
     kind: Literal["breakaway_friction"]
     once: ClassVar[bool] = True
@@ -88,8 +89,8 @@ class BreakawayFriction(Effect):
 
 class FrictionDrift(Effect):
     """Friction that grows as cables and holes wear or lose their grease or, where the share is negative, falls as they
-    run in: with every step of the table before it the coefficients, and what pulleys take, are larger by this share of
-    the first step's, 0.05 of these at least. With declared slip only."""
+    run in: at each step the coefficients, and what pulleys take, are those of the first step times 1 plus this share
+    for every step of the table before, but at least times 0.05. With declared slip only."""
 
     kind: Literal["friction_drift"]
     instead_of: ClassVar[frozenset[str]] = frozenset({"slip_history"})
@@ -113,7 +114,7 @@ def _declared_only(kind: str, manipulator: Host) -> Iterator[str]:
 
 class WrapSaturation(Effect):
     """Friction that saturates with the wrap angle, as of cables so stiff that they do not lie against their holes over
-    all of a turn: of every turn t at a hole counts t / (1 + `saturation_per_rad` t)."""
+    all of a turn: of every turn t at a hole only t / (1 + `saturation_per_rad` t) counts."""
 
     kind: Literal["wrap_saturation"]
     once: ClassVar[bool] = True
@@ -126,8 +127,8 @@ class WrapSaturation(Effect):
 
 
 class PulleyFriction(Effect):
-    """A pulley before the base hole: the tension behind it is `efficiency` times as large where the cable is drawn in,
-    and larger by the same factor where it is paid out; of all (or the named) cables."""
+    """A pulley before the base hole, of all (or the named) cables: behind it the tension is multiplied by `efficiency`
+    where the cable is drawn in, and divided by it where it is paid out."""
 
     kind: Literal["pulley_friction"]
     efficiency: Efficiency

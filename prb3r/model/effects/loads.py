@@ -62,7 +62,7 @@ class TipForce(Effect):
 
 
 class TipMass(Effect):
-    """The tip is heavier than noted, by a gripper, a camera or a hose, or lighter: gravity acts on `mass_kg` more at
+    """The tip is heavier or lighter than noted, as by a gripper, a camera or a hose: gravity acts on `mass_kg` more at
     the last disk. Without `gravity` it does nothing."""
 
     kind: Literal["tip_mass"]
@@ -87,9 +87,9 @@ class TipMass(Effect):
 
 
 class BaseTilt(Effect):
-    """The base stands tilted in the plane, anticlockwise by `angle_rad`, in the frame in which dead loads are noted:
-    all of these, gravity among them, act on the arm turned by as much clockwise. What a camera sees of it is a rotation
-    of its frame."""
+    """The base stands tilted in the plane by `angle_rad`, anticlockwise in the frame in which dead loads are noted: all
+    these loads, gravity among them, act on the arm as if turned clockwise by this angle. To a camera the tilt is a
+    rotation of its frame."""
 
     kind: Literal["base_tilt"]
     angle_rad: TiltAngle
@@ -99,8 +99,8 @@ class BaseTilt(Effect):
 
 
 class Umbilical(Effect):
-    """A tube or bundle of wires through the middle, free inside and held at both ends: a couple turns the tip back, the
-    stiffness times the tip's angle to the base, and bends every plate alike."""
+    """A tube or bundle of wires through the middle, free inside and held at both ends: a couple turns the tip back by
+    the stiffness times the tip's angle to the base, and bends every plate alike."""
 
     kind: Literal["umbilical"]
     stiffness_n_m_per_rad: Annotated[NonNegative, Field(description="Couple per angle of the tip, N m per rad.")]

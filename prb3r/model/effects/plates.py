@@ -42,8 +42,8 @@ class SegmentStiffness(Effect):
 
 
 class StiffnessGradient(Effect):
-    """Bending stiffness that changes steadily from plate 1 to the last, which has `tip_to_base` times the factor of the
-    first; their geometric mean stays."""
+    """Bending stiffness that changes steadily from plate 1 to the last plate, whose factor is `tip_to_base` times that
+    of the first; the geometric mean of the factors is 1."""
 
     kind: Literal["stiffness_gradient"]
     tip_to_base: Annotated[
@@ -162,9 +162,9 @@ class Precurvature(Effect):
 
 
 class PrecurvatureGradient(Effect):
-    """Stress-free curvature of the arcs that changes steadily from plate 1 to the last, by `change_per_m` in all, and
-    is nothing in the mean, as of an arm that was wound up or has taken a set: the last plate is bent by half of it, the
-    first by as much the other way."""
+    """Stress-free curvature of the arcs that changes steadily along an arm, as of one that was wound up or has taken a
+    set: by `change_per_m` from plate 1 to the last, with a mean of zero. So the last plate has half of it, and the
+    first as much the other way."""
 
     kind: Literal["precurvature_gradient"]
     change_per_m: Annotated[
@@ -190,10 +190,11 @@ class DiskContact(Effect):
 
 
 class NotchClosing(Effect):
-    """Notches close: where a plate bends beyond `factor` times h / (cable arm + outer fibre), to either side (or to one
-    `side`, positive or negative, alone), its edges touch and carry the stiffness times the excess. h is the flexible
-    length of the plate, the arm the largest offset of a cable on the side to which it bends, the outer fibre 0 where it
-    is not known; toward a side without cables a plate does not close. On that side it replaces `disk_contact`."""
+    """Notches close: where a plate bends beyond `factor` times h / (cable arm + outer fibre), to either side (or only
+    to one `side`, positive or negative), its edges touch and carry the stiffness times the excess. Here h is the
+    flexible length of the plate, the cable arm the largest offset of a cable on the side to which it bends, and the
+    outer fibre 0 where it is not known; toward a side without cables a plate does not close. On the sides where notches
+    close it replaces `disk_contact`."""
 
     kind: Literal["notch_closing"]
     once: ClassVar[bool] = True
@@ -251,8 +252,8 @@ class ClampCompliance(Effect):
 
 
 class BaseCompliance(Effect):
-    """The clamp in the base gives way: plate 1 turns against the base disk, whose holes stay, by the compliance times
-    the moment that it carries there."""
+    """The clamp in the base gives way: plate 1 turns against the base disk, whose holes stay in place, by the
+    compliance times the moment that the plate carries there."""
 
     kind: Literal["base_compliance"]
     late: ClassVar[int] = 4
@@ -272,8 +273,8 @@ class BaseCompliance(Effect):
 
 
 class PlateSoftening(Effect):
-    """Plates, with their clamps, that soften as they warm up or wear: with every step of the table before it their
-    stiffness is less by this share of the first step's; a negative share stiffens."""
+    """Plates, with their clamps, that soften as they warm up or wear: for every step of the table before, they lose
+    this share of their stiffness at the first step; with a negative share they stiffen."""
 
     kind: Literal["plate_softening"]
     share_per_step: Annotated[float, Field(ge=-1, lt=1)]
@@ -283,8 +284,8 @@ class PlateSoftening(Effect):
 
 
 class CableBending(Effect):
-    """Each cable routed through a plate (idle too, dead not) adds its own bending stiffness to it, which neither yields
-    nor wears where the plate does."""
+    """Each cable that runs through a plate, idle or not unless it is dead, adds its own bending stiffness to the
+    plate's; this part neither yields nor wears with the plate."""
 
     kind: Literal["cable_bending"]
     late: ClassVar[int] = 2

@@ -1,0 +1,81 @@
+"""Predictions after an unexplained recording: on which model they rest, and how wide their bands are."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from diagnosis.learnt import STEPS
+from diagnosis.simulated import UNEXPLAINED, E, diagnosed, investigated, manipulator
+
+from prb3r import predict, solve
+from prb3r.diagnosis.confidence import NORMAL_REACH
+from prb3r.diagnosis.result.unexplained import best_predicting, discrepancy_of
+from prb3r.model.manipulator import Manipulator
+
+ELASTICA = {"model": "elastica"}
+"""What a diagnosis calculates with."""
+
+
+@pytest.fixture
+def unexplained(weak_rig, tmp_path):
+    """Predicts the recorded rig from a record in which one model is reported in the place of those that survive."""
+    record = json.loads((weak_rig / "diagnosis.json").read_text())
+    posterior = record["posterior"]
+    posterior["tolerance"] = dict.fromkeys(posterior["tolerance"], 0.0)
+    plain = {"probability": 1.0, "named": True, "constants": {}, "free": [], "covariance": []}
+    soft = [{"kind": "segment_stiffness", "segment": k, "factor": 0.8} for k in (1, 2)]
+
+    def predicted(**discrepancy):
+        posterior["reported"] = plain | {"effects": soft} | ({"discrepancy": discrepancy} if discrepancy else {})
+        (tmp_path / "diagnosis.json").write_text(json.dumps(record))
+        return predict(tmp_path, weak_rig / "same.toml", STEPS, draws=400)
+
+    return predicted
+
+
+def test_predictions_rest_on_the_model_that_is_reported(unexplained):
+    """Both segments softer is a lower Young's modulus."""
+    found = unexplained().positions
+    soft = solve(Manipulator.model_validate(manipulator(0.8 * E) | ELASTICA), STEPS)
+    for name in ("x_m", "y_m", "angle_rad"):
+        np.testing.assert_allclose(found[name], soft[name], atol=1e-9)
+    np.testing.assert_allclose(found["y_high_m"], found["y_low_m"], atol=1e-9)
+
+
+def test_bands_widen_by_the_share_of_the_way_from_the_straight_manipulator(unexplained):
+    """Disks of the straight one stand 34 mm apart, the first with its middle 2 mm behind the base."""
+    found = unexplained(share=0.1)
+    table = found.positions
+    away = np.hypot(table["x_m"] - 0.034 * table["disk"] + 0.002, table["y_m"])
+    for stem, unit, sd in (("x", "m", 0.1 * away), ("y", "m", 0.1 * away), ("angle", "rad", 0.1 * table["angle_rad"])):
+        half = (table[f"{stem}_high_{unit}"] - table[f"{stem}_low_{unit}"]) / 2
+        np.testing.assert_allclose(half, NORMAL_REACH * abs(sd), rtol=0.15, atol=1e-9)
+    assert any("as an error of 10 % (root mean square)" in remark for remark in found.remarks)
+
+
+@pytest.mark.long
+def test_what_is_unexplained_widens_bands_until_they_hold_another_design(tmp_path):
+    """One effect is left out of the library.  What the diagnosis says of plates of another thickness is held against
+    the design with all that was hidden which carries over."""
+    found = diagnosed(UNEXPLAINED)
+    thicker = manipulator(thickness=1.2 * manipulator()["segment"][0]["thickness_m"])
+    true = solve(
+        Manipulator.model_validate(thicker | ELASTICA | {"effect": [dict(each) for each in UNEXPLAINED.hidden]}), STEPS
+    )
+    table = predict(found, thicker, STEPS).positions
+    outer = table["disk"] > 0
+    for stem, unit in (("x", "m"), ("y", "m"), ("angle", "rad")):
+        held = true[f"{stem}_{unit}"].between(table[f"{stem}_low_{unit}"], table[f"{stem}_high_{unit}"])
+        assert held[outer].mean() > 0.9, stem
+
+
+@pytest.mark.long
+def test_constants_alone_carry_over_where_they_predict_what_was_set_aside_better():
+    found = investigated(UNEXPLAINED)
+    assert best_predicting(found) is found.reported
+    exchanged = replace(found, reported=found.refitted, refitted=found.reported)
+    assert best_predicting(exchanged) is exchanged.refitted
+    assert best_predicting(replace(found, why="")) is None
+    shares = [discrepancy_of(fitted, found).share for fitted in (found.reported, found.refitted)]
+    assert shares[0] < shares[1]
