@@ -68,16 +68,8 @@ class LearntDesign:
         if not self.timed and any(effect.needs_times for model in self.posterior.models for effect in model.effects):
             said = f"loads have no {TIME} here: friction that goes by the rate is taken as it is at its reference rate"
             remarks.insert(0, said)
-        if lost := self._single_faults:
-            rest = "the rest is refitted" if self.posterior.named.effects else "constants alone carry over"
-            remarks.insert(0, f"the recording is unexplained: {rest} without {listed(lost)}")
+        if self.posterior.named.effects != self.known.resting(same_geometry=True).named.effects:
+            remarks.insert(0, "constants alone carry over: without what stays behind, the effects found are of no use")
         if again := [effect_in_words(effect) for effect in self.given.effect if effect not in self.bare.effect]:
             remarks.insert(0, f"the design's file has {listed(again)} from this diagnosis already, which counts once")
         return remarks
-
-    @property
-    def _single_faults(self) -> list[str]:
-        """Kinds of effects of an unexplained recording that are told of the recorded rig, but not of the design."""
-        told = [effect.kind for effect in self.known.resting(same_geometry=True).named.effects]
-        kept = [effect.kind for effect in self.posterior.named.effects]
-        return [kind.replace("_", " ") for kind in dict.fromkeys(told) if kind not in kept]

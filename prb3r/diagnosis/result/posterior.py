@@ -162,7 +162,8 @@ class Posterior(Strict):
     """The model that predicts best where the recording is unexplained: predictions rest on it alone then, as the
     probabilities of models that all leave something say little."""
     carried: ModelPosterior | None = None
-    """As `reported`, for designs of another geometry: refitted without faults of single parts, which stay behind."""
+    """As `reported`, for designs of another geometry, with what it misses where the effects that stay behind are not
+    there."""
     bending: Bending | None = None
     """How far plates were bent; absent in what was written before this was noted."""
 

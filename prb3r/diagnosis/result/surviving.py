@@ -14,10 +14,11 @@ from prb3r.diagnosis.evidence.outliers import Doubts
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.library.hypothesis import Free
 from prb3r.diagnosis.result.as_made import parts_posterior
+from prb3r.diagnosis.result.discrepancy import Discrepancy
 from prb3r.diagnosis.result.investigation import Investigation
 from prb3r.diagnosis.result.largest_bending import bending_of
 from prb3r.diagnosis.result.posterior import FILE_NAMES, FreeParameter, ModelPosterior, Posterior
-from prb3r.diagnosis.result.unexplained import best_carried, best_predicting, carried_alone, discrepancy_of
+from prb3r.diagnosis.result.unexplained import best_elsewhere, best_of_rig
 from prb3r.model.manipulator import Manipulator
 
 MODULUS = FILE_NAMES["log_stiffness"]
@@ -35,24 +36,20 @@ def posterior_of(investigation: Investigation) -> Posterior:
         _model_posterior(survivor.fitted, survivor.probability, choice.doubts, named=survivor.effects == choice.effects)
         for survivor in choice.survivors
     ]
-    best = best_predicting(investigation)
+    unexplained = bool(investigation.why)
     return Posterior(
         manipulator=recording.manipulator,
         tolerance=recording.tolerance,
         models=models,
-        reported=_alone(best, best, investigation),
-        carried=_alone(best_carried(investigation), carried_alone(investigation), investigation),
+        reported=_alone(*best_of_rig(investigation)) if unexplained else None,
+        carried=_alone(*best_elsewhere(investigation)) if unexplained else None,
         bending=bending_of(recording.manipulator, choice.fitted.solved.states.angle),
     )
 
 
-def _alone(best: Fit | None, missing: Fit | None, investigation: Investigation) -> ModelPosterior | None:
-    """The posterior of the `best` model, every part as drawn, with the discrepancy of the model `missing`; None of
-    none."""
-    if best is None or missing is None:
-        return None
-    posterior = _model_posterior(best, 1.0, None, named=True)
-    return posterior.model_copy(update={"discrepancy": discrepancy_of(missing, investigation)})
+def _alone(best: Fit, discrepancy: Discrepancy | None) -> ModelPosterior:
+    """The posterior of a model that stands alone, with every part as drawn."""
+    return _model_posterior(best, 1.0, None, named=True).model_copy(update={"discrepancy": discrepancy})
 
 
 def _free(name: str, nominal: float, ends: tuple[float, float]) -> Free:
