@@ -11,11 +11,12 @@ import time
 from pathlib import Path
 
 import pytest
+from joblib.externals.loky import process_executor
 from local_cluster import at_most, local_cluster
 
 from prb3r.errors import EngineError
 from prb3r.runs.backends import dask as dask_backend
-from prb3r.runs.backends.loky import end_kept_workers
+from prb3r.runs.backends.loky import LokyWorkers, end_kept_workers
 from prb3r.runs.engine import run_tasks
 from prb3r.runs.tasks import Workers
 
@@ -94,6 +95,25 @@ def test_a_worker_killed_from_outside_is_replaced_and_its_task_done_again(tmp_pa
 
 def own_number(task):
     return os.getpid()
+
+
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")
+def test_a_worker_whose_executor_no_longer_reports_is_replaced(monkeypatch):
+    """The thread of an executor ends by an error of its own, such as a warning that counts as one, with a job under
+    way."""
+    end_kept_workers()
+    plain, seen = process_executor._ExecutorManagerThread.process_result_item, []
+
+    def failing_once(thread, item):
+        seen.append(item)
+        if len(seen) == 1:
+            raise UserWarning("a worker stopped")
+        plain(thread, item)
+
+    monkeypatch.setattr(process_executor._ExecutorManagerThread, "process_result_item", failing_once)
+    monkeypatch.setattr(LokyWorkers, "heartbeat_s", 0.5)
+    found = outcomes([[1], [2]], Workers(jobs=1))
+    assert [piece.value for number in (0, 1) for piece in found[number]] == [[1], [4]]
 
 
 def test_a_worker_serves_the_next_run_unless_one_failed():

@@ -50,6 +50,7 @@ class LokyWorkers:
         self.busy: dict[Job, Any] = {}
 
     def __enter__(self) -> "LokyWorkers":
+        ignore_replacements()
         self.idle = _KEPT.pop(os.getpid(), [])
         return self
 
@@ -79,7 +80,12 @@ class LokyWorkers:
             self.events.put((job, *(("raised", reason_of(error)) if error else future.result())))
 
     def check(self) -> None:
-        """Do nothing: the death of a worker process is reported by its executor."""
+        """Count the jobs as crashed whose executor no longer reports: its thread, which tells of the death of a worker,
+        may have ended by an error of its own."""
+        for job, pool in self.busy.items():
+            reports = pool._executor_manager_thread
+            if reports is None or not reports.is_alive():
+                self.events.put((job, "crashed", "its worker ended without a word"))
 
     def free(self, job: Job, fate: Fate) -> None:
         """Make the worker of a job that has ended idle again, or shut it down if it crashed."""
@@ -111,9 +117,16 @@ def new_worker() -> Any:
         from multiprocessing import resource_tracker
 
         resource_tracker.ensure_running()
-    # loky replaces a worker whose memory has grown, and would warn of it
-    warnings.filterwarnings("ignore", "A worker stopped while some jobs", UserWarning)
+    ignore_replacements()
     return ProcessPoolExecutor(1, initializer=_obey, initargs=(os.getpid(),), env=ENVIRONMENT)
+
+
+def ignore_replacements() -> None:
+    """Ignore loky's warning that it replaces a worker whose memory has grown.
+
+    Where warnings are errors, it would end the thread that reports results.
+    """
+    warnings.filterwarnings("ignore", "A worker stopped while some jobs", UserWarning)
 
 
 def end_workers(pools: list[Any]) -> None:
