@@ -9,11 +9,13 @@ from collections.abc import Callable
 
 import numpy as np
 
+from prb3r.diagnosis.evidence.model_evidence import log_evidence
 from prb3r.diagnosis.fit.least_squares import fit
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.library import SUSPECTS
 from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.diagnosis.search.columns import beginning, linear_model
+from prb3r.diagnosis.search.confounded import confounded
 from prb3r.diagnosis.search.linear_selection import LinearModel
 from prb3r.diagnosis.search.search import Search
 
@@ -28,21 +30,43 @@ def replacements(chosen: Fit, number: int, search: Search) -> list[Fit]:
     """Full fits of the chosen model with effect `number` replaced by others.
 
     The others are the most promising ones in the linearised model without the effect: their gain in ln likelihood must
-    be at least `Settings.shortlist_share` of that of the effect.
+    be at least `Settings.shortlist_share` of that of the effect.  Of effects beside which the constants are much less
+    certain (:func:`confounded`), for which linearised gains are poor guides, all are fitted that may survive.
     """
     base, settings = without_effect(chosen, number), chosen.model.settings
     if base is None:
         return []
-    least = settings.shortlist_share * (base.chi2 - chosen.chi2) / 2
-    return added(base, search, least, barred=chosen.model.hypotheses[number])
+    gain = (base.chi2 - chosen.chi2) / 2
+    lost = log_evidence(chosen, search.log_odds) - log_evidence(base, search.log_odds)
+    among = confounded(base, search.general_forms)
+
+    def worth(linear: LinearModel, present: frozenset[int]) -> np.ndarray:
+        rise = linear.additions(present)
+        wide = np.array([column.hypothesis in among for column in linear.columns])
+        survives = wide & (rise >= lost - np.log(settings.survival_odds))
+        return np.where((rise >= settings.shortlist_share * gain) | survives, rise, -np.inf)
+
+    return added(base, search, worth, barred=chosen.model.hypotheses[number])
+
+
+def with_confounded(fitted: Fit, search: Search) -> list[Fit]:
+    """Full fits of a model with one more effect each: those that the recording does not rule out
+    (`Settings.survival_odds`) and beside which the constants are much less certain (:func:`confounded`)."""
+    among = confounded(fitted, search.general_forms)
+
+    def worth(linear: LinearModel, present: frozenset[int]) -> np.ndarray:
+        rise = linear.additions(present)
+        wide = np.array([column.hypothesis in among for column in linear.columns])
+        return np.where(wide & (rise >= -np.log(fitted.model.settings.survival_odds)), rise, -np.inf)
+
+    return added(fitted, search, worth)
 
 
 def added(
     base: Fit,
     search: Search,
-    least: float = 0.0,
+    worth: Callable[[LinearModel, frozenset[int]], np.ndarray],
     barred: Hypothesis | None = None,
-    worth: Callable[[LinearModel, frozenset[int]], np.ndarray] = LinearModel.additions,
 ) -> list[Fit]:
     """Full fits of a model with one more effect each, the most promising ones in the linearised model.
 
@@ -50,10 +74,9 @@ def added(
 
     Parameters
     ----------
-    least : smallest value of `worth` for which an effect is fitted.
+    worth : returns (columns,) how promising each column of the linearised model is beside the given ones; minus
+        infinity where it is not to be fitted.
     barred : a hypothesis that is not considered.
-    worth : returns (columns,) how promising each column of the linearised model is beside the given ones; absent: by
-        the rise of ln evidence.
     """
     settings, library = base.model.settings, [hypothesis for hypothesis in search.general_forms if hypothesis != barred]
     linear, present = linear_model(base, library, search.log_odds)
@@ -65,7 +88,7 @@ def added(
         hypothesis = linear.columns[k].hypothesis
         costly = SUSPECTS[hypothesis.kind].costly and rise[k] < settings.costly_share * rise.max()
         enough = len(tasks) == most or tried.get(hypothesis, 0) == settings.probes_fitted
-        if rise[k] < least or costly or enough:
+        if np.isneginf(rise[k]) or costly or enough:
             continue
         tried[hypothesis] = tried.get(hypothesis, 0) + 1
         tasks.append((base, *beginning(base, linear, [*sorted(present), k])))

@@ -17,6 +17,7 @@ from prb3r.diagnosis.evidence.smooth_moments import chance_of_smooth_moments
 from prb3r.diagnosis.fit.least_squares import polished
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.library.hypothesis import Hypothesis
+from prb3r.diagnosis.search.exchange import with_confounded
 from prb3r.diagnosis.search.pool import Effects, Pool, Survivor
 from prb3r.diagnosis.search.search import Search, examine
 from prb3r.diagnosis.search.twins import in_special_forms, twins_of
@@ -213,7 +214,8 @@ def explore_until_settled(pool: Pool, search: Search, doubts: Doubts) -> Explore
 
 
 def exchange_effects(explored: Explored, search: Search) -> Explored:
-    """Exchange the effects of the chosen model for others, and try special forms of those of all surviving models.
+    """Exchange the effects of the chosen model for others, and try special forms of those of all surviving models and
+    effects that leave the constants much less certain.
 
     Exchanges are repeated, each time followed by another search, as long as they find a better model, at most
     `Settings.exchanges` times.
@@ -225,6 +227,8 @@ def exchange_effects(explored: Explored, search: Search) -> Explored:
     for survivor in explored.pool.survivors():
         for special in in_special_forms(survivor.fitted, search.library):
             explored.pool.add(special)
+    for wider in with_confounded(explored.chosen(), search):
+        explored.pool.add(wider)
     return explored
 
 

@@ -112,6 +112,9 @@ class SearchSettings:
     survival_odds: float = 150.0
     """A model survives while the best is at most so many times as probable: beyond, evidence against it is decisive
     (Kass and Raftery, J. Am. Stat. Assoc. 90 (1995) 773)."""
+    confounded: float = 1.0
+    """Standard deviations that an effect outside the chosen model has to add to those of Young's modulus or friction to
+    be fitted beside it.  Choice: as much as is uncertain without it."""
     assumed_presence: float = 0.9
     """Prior probability of an effect that was found before.  Choice: found wrongly, or gone, once in ten."""
     parting_presence: float = 0.1

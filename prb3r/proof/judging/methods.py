@@ -126,7 +126,7 @@ def _single(task: MethodTask, recording: Recording, names: Callable[[Fit, Fit], 
     asked = Task(recording, task.seed, task.without, settings=task.settings)
     begun = doubt(calibrate(asked), serially)
     calibrated = explained = begun.fitted
-    single = added(calibrated, begun.search, worth=_falls) if task.method != "E and mu alone" else []
+    single = added(calibrated, begun.search, _falls) if task.method != "E and mu alone" else []
     best = min(single, key=_misfit, default=None)
     claims: tuple[Claim, ...] = ()
     if best is not None and names(best, calibrated):
