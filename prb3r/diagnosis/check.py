@@ -38,6 +38,7 @@ from prb3r.diagnosis.result.rig_remarks import (
     off_as_drawn,
     scattered,
     strained,
+    uneven_plates,
     weighed,
     wrong_weights,
 )
@@ -157,6 +158,7 @@ def _on_the_model(
         *far_rims(choice.fitted),
         *found_before(doubted.search.assumed, choice),
         *as_many_as_sought(choice),
+        *uneven_plates(choice.fitted),
         *(misplaced_marker(choice.calibrated, choice.doubts) if unexplained else likely_too(choice)),
         *([] if unexplained or choice.share_of_stated < 1 else against_the_best(checks, settings)),
         *beyond_tolerance(tolerances, settings),

@@ -23,13 +23,14 @@ from prb3r.diagnosis.result.rig_remarks import (
     misplaced_marker,
     noisy,
     scattered,
+    uneven_plates,
 )
 from prb3r.diagnosis.search.apply import serially
 from prb3r.diagnosis.search.pool import Survivor
 from prb3r.diagnosis.search.selection import simplest
 from prb3r.diagnosis.settings import Settings
 from prb3r.diagnosis.stages import calibrate, doubt, to_search
-from prb3r.model.effects.plates import DiskContact
+from prb3r.model.effects.plates import DiskContact, WeakenedPlate
 from prb3r.recording.recording import Kind, Tolerance
 
 SAID = "the most probable model has 1 effect, as many as are sought"
@@ -52,6 +53,17 @@ def test_disks_that_could_touch_only_with_rims_far_outside_their_holes_are_doubt
     remarks = far_rims(replace(calibrated, solved=solved))
     assert len(remarks) == doubted
     assert all("rims 89.1 mm from the axis, where the farthest hole lies at 25.5 mm" in remark for remark in remarks)
+
+
+@pytest.mark.parametrize(("tolerance", "asked"), [(Tolerance(), True), (Tolerance(thickness_relative=0.005), False)])
+def test_where_plates_differ_it_is_asked_how_exactly_they_are_made(tolerance, asked):
+    made = replace(recorded(), tolerance=tolerance)
+    calibrated = to_search(Task(made), lambda stage: None, serially).choice.calibrated
+    uneven = (WeakenedPlate(kind="weakened_plate", plate=2, factor=0.8),)
+    remarks = uneven_plates(replace(calibrated, solved=replace(calibrated.solved, effects=uneven)))
+    assert len(remarks) == asked
+    assert all("[tolerance] thickness_relative; 0.5 % is taken" in remark for remark in remarks)
+    assert uneven_plates(calibrated) == []
 
 
 def test_what_is_likely_but_not_named_is_said_and_what_is_named_no_certainty():

@@ -32,7 +32,7 @@ def test_friction_carries_over_and_what_sits_somewhere_does_not(library):
             carried.add(hypothesis.kind)
     rules = {"cable_friction", "pulley_friction", "slip_history", "edge_wrap"}
     rules |= {"load_dependent_friction", "wrap_saturation", "rate_dependent_friction", "breakaway_friction"}
-    parts = {"clamp_compliance", "disk_contact", "hole_clearance", "cable_bending"}
+    parts = {"clamp_compliance", "disk_contact", "hole_clearance", "cable_bending", "umbilical"}
     laws = {"nonlinear_plate", "hysteretic_plate", "superelastic_plate", "flag_hysteresis"}
     assert carried == rules | parts | laws | {"notch_closing"}
 
@@ -138,15 +138,17 @@ def test_a_coefficient_that_was_found_as_an_effect_goes_with_the_turns_too(place
     assert carried_effects(both, here, edges)[0] == both
 
 
-def test_an_umbilical_carries_over_to_a_rig_as_long():
-    """Whatever its plates are; a tube of another length has another stiffness."""
+def test_an_umbilical_of_another_length_has_another_stiffness():
+    """Whatever the plates are: bent evenly, it turns by its moment times its length over its bending stiffness."""
     here = recorded(Case(hidden=())).manipulator
     tube = EFFECT_KINDS["umbilical"](kind="umbilical", stiffness_n_m_per_rad=1.0)
     transfer = SUSPECTS["umbilical"].transfer
     assert transfer(tube, here, other_design(2.0, plates=3)) == tube
     rounded = here.segment[0].length_m + 1e-12  # as sums of other numbers come out
     assert transfer(tube, here, other_design(2.0, plates=3, length_m=rounded)) == tube
-    assert "lengths, and these differ" in transfer(tube, here, other_design(1.0, plates=4))
+    longer = other_design(1.0, plates=4)
+    share = here.chain().length / longer.chain().length
+    assert transfer(tube, here, longer).stiffness_n_m_per_rad == pytest.approx(share)
 
 
 def weakened(*plates, factor=0.7):

@@ -5,11 +5,15 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from prb3r.diagnosis.library.alike import same_parts
 from prb3r.diagnosis.library.hypothesis import Free
 from prb3r.diagnosis.library.scope import Place, Scope, whole_rig_if
-from prb3r.diagnosis.library.suspect import OF_THE_SETUP, Occurrence, Suspect, left_behind, rare, with_the_same
+from prb3r.diagnosis.library.suspect import OF_THE_SETUP, Occurrence, Suspect, left_behind, rare
 from prb3r.diagnosis.library.totals import load_of_disks
 from prb3r.diagnosis.settings import Settings
+from prb3r.model.effects.base import Effect
+from prb3r.model.effects.loads import Umbilical
+from prb3r.model.manipulator import Manipulator
 
 OF_THE_MOUNTING = left_behind(
     "goes with the way this rig was mounted; a design that is mounted alike needs gravity, and masses, in its file"
@@ -114,6 +118,16 @@ def _tilt_sentence(fitted: Occurrence) -> str:
     )
 
 
+def _tube_of_another_length(effect: Effect, here: Manipulator, there: Manipulator) -> Effect:
+    """The transfer of `umbilical`: the same tube bent evenly has a couple in inverse proportion to its length."""
+    assert isinstance(effect, Umbilical)
+    length, other = here.chain().length, there.chain().length
+    if same_parts([[length]], [[other]]):
+        return effect
+    stiffness = effect.stiffness_n_m_per_rad * length / other
+    return effect.model_copy(update={"stiffness_n_m_per_rad": stiffness})
+
+
 def _tube(scope: Scope, place: Place) -> tuple[Free, ...]:
     """Free parameter of `umbilical`, in units of the stiffness in series of one mean node of every plate (4.4 times
     that of the plates in series on the elastica): prior sd 0.3, up to 10; a tube that is not felt is no umbilical."""
@@ -195,7 +209,7 @@ LOAD_SUSPECTS = (
         sentence=lambda fitted: (
             f"A tube or bundle of wires through the middle turns the tip back with {fitted.size} N m/rad."
         ),
-        transfer=with_the_same("lengths", lambda manipulator: manipulator.chain().length),
+        transfer=_tube_of_another_length,
         free=_tube,
         presence=rare,
     ),

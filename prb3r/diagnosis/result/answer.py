@@ -98,12 +98,12 @@ def _open_question(effect: NamedEffect) -> str:
 
 def _where_unexplained(diagnosis: Diagnosis) -> str:
     """What to do where the verdict is that something is left."""
-    if not diagnosis.structured:
-        return (
-            "Settle first why it is unexplained, and diagnose again; until then use no name and no number of this "
-            "diagnosis elsewhere."
-        )
+    first = (
+        "Read more where the mismatch sits, at loads between the recorded ones and on the way back"
+        if diagnosis.structured
+        else "Settle first why it is unexplained"
+    )
     return (
-        "Read more where the mismatch sits, at loads between the recorded ones and on the way back, and diagnose "
-        "again; until then use no name and no number of this diagnosis elsewhere."
+        f"{first}, and diagnose again. Until then use no name and no number of this diagnosis elsewhere; prb3r predict "
+        "takes from it what predicts best, with bands that hold what is missed here."
     )

@@ -205,3 +205,17 @@ def weighed(doubts: Doubts) -> list[str]:
     count = int((doubts.inflation > 1).sum())
     far, down = ("reading is", "it was") if count == 1 else ("readings are", "they were")
     return [f"{count} {far} far from what the neighbours show; {down} weighed down"] if count else []
+
+
+def uneven_plates(fitted: Fit) -> list[str]:
+    """A sentence where single plates, or plates along the arm, are of other stiffness, and the recording does not state
+    how exactly plates are made; else none."""
+    tolerance, kinds = fitted.recording.tolerance, {effect.kind for effect in fitted.effects}
+    if "thickness_relative" in tolerance.model_fields_set or not kinds & {"weakened_plate", "stiffness_gradient"}:
+        return []
+    taken = 100 * tolerance.thickness_relative
+    return [
+        f"plates differ, and how exactly they are made is not stated ([tolerance] thickness_relative; {taken:g} % is "
+        "taken): if such plates come out of the workshop, as notches that are cut a little too deep do, state more; "
+        "bands for other designs hold what is stated"
+    ]
