@@ -13,6 +13,7 @@ from collections import Counter
 from collections.abc import Callable
 from types import FunctionType
 from typing import Any
+from unittest.mock import patch
 
 import numpy as np
 
@@ -247,16 +248,15 @@ def text_of(kernel: Any) -> FunctionType:
 def count_solve(chain: Chain, loads: Loads) -> tuple[Equilibria, Counter[str]]:
     """Equilibria as `solve_chain` returns them without details, and the operations of each kind in the kernel."""
     tally: Counter[str] = Counter()
+    text = text_of(equilibrium.follow)
 
     def follow(*arguments):
         counting = _Counting(tally)
-        text_of(equilibrium.follow)(*map(counting.of, arguments))
+        text(*map(counting.of, arguments))
         counting.give_back()
 
-    known = vars(sys.modules[solve_chain.__module__]) | {"follow": follow}
-    solve = FunctionType(solve_chain.__code__, known, "solve_chain", None)
-    solve.__kwdefaults__ = solve_chain.__kwdefaults__
-    return solve(chain, loads, detail=False), tally
+    with patch.object(equilibrium, "follow", follow):
+        return solve_chain(chain, loads, detail=False), tally
 
 
 def weighted(tally: Counter[str]) -> float:
