@@ -42,8 +42,7 @@ def replacements(chosen: Fit, number: int, search: Search) -> list[Fit]:
 
     def worth(linear: LinearModel, present: frozenset[int]) -> np.ndarray:
         rise = linear.additions(present)
-        wide = np.array([column.hypothesis in among for column in linear.columns])
-        survives = wide & (rise >= lost - np.log(settings.survival_odds))
+        survives = linear.has_any_of(among) & (rise >= lost - np.log(settings.survival_odds))
         return np.where((rise >= settings.shortlist_share * gain) | survives, rise, -np.inf)
 
     return added(base, search, worth, barred=chosen.model.hypotheses[number])
@@ -52,12 +51,11 @@ def replacements(chosen: Fit, number: int, search: Search) -> list[Fit]:
 def with_confounded(fitted: Fit, search: Search) -> list[Fit]:
     """Full fits of a model with one more effect each: those that the recording does not rule out
     (`Settings.survival_odds`) and beside which the constants are much less certain (:func:`confounded`)."""
-    among = confounded(fitted, search.general_forms)
+    among, least = confounded(fitted, search.general_forms), -np.log(fitted.model.settings.survival_odds)
 
     def worth(linear: LinearModel, present: frozenset[int]) -> np.ndarray:
         rise = linear.additions(present)
-        wide = np.array([column.hypothesis in among for column in linear.columns])
-        return np.where(wide & (rise >= -np.log(fitted.model.settings.survival_odds)), rise, -np.inf)
+        return np.where(linear.has_any_of(among) & (rise >= least), rise, -np.inf)
 
     return added(fitted, search, worth)
 

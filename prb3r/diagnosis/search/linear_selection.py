@@ -11,7 +11,7 @@ so thousands of sets are compared without solving anything.  A beam search looks
 and from the empty one, by adding, leaving out and exchanging columns.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import combinations, permutations
@@ -183,6 +183,10 @@ class LinearModel:
     def risen(self) -> dict[frozenset[int], np.ndarray]:
         """Results of `additions` by set, kept because a search comes back to the same sets."""
         return {}
+
+    def has_any_of(self, hypotheses: Collection[Hypothesis]) -> np.ndarray:
+        """(columns,) whether each column is that of one of the `hypotheses`."""
+        return np.array([column.hypothesis in hypotheses for column in self.columns], bool)
 
     @cached_property
     def log_odds(self) -> np.ndarray:
