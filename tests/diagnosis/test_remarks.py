@@ -79,7 +79,12 @@ def test_what_is_likely_but_not_named_is_said_and_what_is_named_no_certainty():
     assert not likely_too(choice)
     instead = fit(choice.calibrated.model.adding(camera), np.append(choice.calibrated.p, 0.0))
     (remark,) = likely_too(replace(choice, survivors=(only, replace(both, fitted=instead))))
-    assert remark == "camera_scale is likelier there than not (probability 0.94), in the place of weakened_plate"
+    said = "camera_scale is likelier there than not (probability 0.94), in the place of weakened_plate"
+    assert remark == said
+    other = replace(both, fitted=instead, log_evidence=only.log_evidence + 3)  # and was passed over
+    assert likely_too(replace(choice, survivors=(only, other))) == [
+        f"{said}, though the more probable sets with it leave more than noise"
+    ]
     nothing = replace(choice, fitted=choice.calibrated, survivors=(replace(both, fitted=instead),))
     (remark,) = likely_too(nothing)  # there is nothing beside which it could be there too
     assert remark == "camera_scale is likelier there than not (probability 0.94), though not sure enough to be named"

@@ -154,14 +154,17 @@ def as_many_as_sought(choice: Choice) -> list[str]:
 def likely_too(choice: Choice) -> list[str]:
     """Effects that are more likely there than not but are not named, a sentence each: where none is named, beside the
     named effects, or in the place of those that the models with that effect mostly lack."""
-    remarks = []
+    remarks, first = [], choice.survivors[0]
+    behind = max(survivor.log_evidence for survivor in choice.survivors) - first.log_evidence
+    passed_over = behind > choice.fitted.model.settings.better_exchanged
+    but = ", though the more probable sets with it leave more than noise" if passed_over else ""
     for name, probability in sorted(choice.likely.items(), key=lambda pair: -pair[1]):
         having = [s for s in choice.survivors if name in s.kinds or name in {one.name for one in s.effects}]
         beside = presence_of(having)
         gone = [named for named in sorted(choice.kinds) if beside.get(named, 0.0) < probability / 2]
         told = f"(probability {probability:.2f})"
         if gone:
-            remarks.append(f"{name} is likelier there than not {told}, in the place of {' and '.join(gone)}")
+            remarks.append(f"{name} is likelier there than not {told}, in the place of {' and '.join(gone)}{but}")
         else:
             so = "likely there too" if choice.kinds else "likelier there than not"
             remarks.append(f"{name} is {so} {told}, though not sure enough to be named")
