@@ -43,6 +43,19 @@ def test_predictions_rest_on_the_model_that_is_reported(unexplained):
     np.testing.assert_allclose(found["y_high_m"], found["y_low_m"], atol=1e-9)
 
 
+def test_what_is_taken_from_an_unexplained_recording_is_said(weak_rig, tmp_path):
+    """Constants alone, where the weak plate that is named does not help to predict; and a study that draws rigs."""
+    record = json.loads((weak_rig / "diagnosis.json").read_text()) | {"verdict": "unexplained"}
+    (named, *_) = record["posterior"]["models"]
+    constants = named | {"probability": 1.0, "effects": [], "free": [], "covariance": [], "discrepancy": {"share": 0.1}}
+    for reported, said in ((constants, True), (named | {"discrepancy": {"share": 0.1}}, False)):
+        record["posterior"]["reported"] = reported
+        (tmp_path / "diagnosis.json").write_text(json.dumps(record))
+        remarks = predict(tmp_path, weak_rig / "same.toml", STEPS, draws=40).remarks
+        assert any(remark.startswith("constants alone are taken") for remark in remarks) == said
+        assert any(remark.startswith("the recording is unexplained") for remark in remarks)
+
+
 def test_bands_widen_by_the_share_of_the_way_from_the_straight_manipulator(unexplained):
     """Disks of the straight one stand 34 mm apart, the first with its middle 2 mm behind the base."""
     found = unexplained(share=0.1)

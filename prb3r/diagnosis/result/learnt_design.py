@@ -68,8 +68,10 @@ class LearntDesign:
         if not self.timed and any(effect.needs_times for model in self.posterior.models for effect in model.effects):
             said = f"loads have no {TIME} here: friction that goes by the rate is taken as it is at its reference rate"
             remarks.insert(0, said)
-        if self.posterior.named.effects != self.known.resting(same_geometry=True).named.effects:
-            remarks.insert(0, "constants alone carry over: without what stays behind, the effects found are of no use")
+        found = any(model.named and model.effects for model in self.known.models)
+        if found and self.posterior.rests_on_constants:
+            where = "" if self.recorded else ", or not without what stays behind"
+            remarks.insert(0, f"constants alone are taken: the effects found in part do not predict better{where}")
         if again := [effect_in_words(effect) for effect in self.given.effect if effect not in self.bare.effect]:
             remarks.insert(0, f"the design's file has {listed(again)} from this diagnosis already, which counts once")
         return remarks

@@ -173,6 +173,11 @@ class Posterior(Strict):
         return self.model_copy(update={"models": [alone], "reported": None, "carried": None}) if alone else self
 
     @property
+    def rests_on_constants(self) -> bool:
+        """Whether it is of an unexplained recording, and of a model without effects."""
+        return self.discrepancy is not None and not self.models[0].effects
+
+    @property
     def discrepancy(self) -> Discrepancy | None:
         """Between the most probable model and the rig, where the recording is unexplained."""
         return self.models[0].discrepancy

@@ -14,10 +14,10 @@ from prb3r.diagnosis.search.linear_selection import Column, LinearModel
 STEEPEST = 1e8
 """Largest credible change of a whitened reading by one prior standard deviation of a parameter.  An arm of a metre that
 is read to 10 nm does not move by more, but derivatives grow without bound where a branch of equilibria ends."""
-LEAST_FELT = 0.1
-"""Part of its standard deviation by which some reading has to move.  An effect that moves none further at any size that
-rigs have, such as the weight of a wrist of a gram, is as probable after the recording as before: sets need not hold
-it."""
+LARGE, LEAST_FELT = 3.0, 0.1
+"""Size of an effect in prior standard deviations, and the part of its standard deviation by which some reading has to
+move at that size.  An effect that moves none further, such as the weight of a wrist of a gram, is as probable after the
+recording as before: sets need not hold it.  Choice: a hundred readings tell no more than a unit of chi-square of it."""
 
 
 def linear_model(
@@ -25,7 +25,7 @@ def linear_model(
 ) -> tuple[LinearModel, frozenset[int]]:
     """The linearised model around `fitted`, and the numbers of the columns of its own effects, which come first.
 
-    Hypotheses that no reading feels (:func:`is_felt_at_all`), or that move some by more than `STEEPEST`, get no column.
+    Hypotheses that no reading feels (:func:`may_be_felt`), or that move some by more than `STEEPEST`, get no column.
     """
     model = fitted.model
     constants = len(model.varied)
@@ -45,7 +45,7 @@ def linear_model(
         change * (hypothesis.deviations if hypothesis.continuous else 1.0)
         for (hypothesis, _), change in zip(probes, moved_readings(fitted, probes), strict=True)
     ]
-    felt = [k for k, (one, _) in enumerate(probes) if not one.continuous or is_felt_at_all(changes[k], model.noise)]
+    felt = [k for k, (one, _) in enumerate(probes) if not one.continuous or may_be_felt(changes[k], model.noise)]
     white = all_at_once(lambda whole: projected_out(model.noise.whiten(whole), basis), [changes[k] for k in felt])
     for (hypothesis, start), values in zip([probes[k] for k in felt], white, strict=True):
         if not felt_within_bounds(values):
@@ -56,12 +56,12 @@ def linear_model(
     return LinearModel(columns, target[:, 0]), frozenset(range(len(model.hypotheses)))
 
 
-def is_felt_at_all(change: np.ndarray, noise: Noise) -> bool:
-    """Whether an effect of three prior standard deviations moves any reading by `LEAST_FELT` standard deviations.
+def may_be_felt(change: np.ndarray, noise: Noise) -> bool:
+    """Whether an effect of `LARGE` prior standard deviations moves any reading by `LEAST_FELT` standard deviations.
 
     `change`: (r, k) of the readings, per prior standard deviation of each free parameter.
     """
-    return bool((3 * np.abs(change) > LEAST_FELT * noise.total_sd[:, None]).any())
+    return bool((LARGE * np.abs(change) > LEAST_FELT * noise.total_sd[:, None]).any())
 
 
 def no_steeper(moved: np.ndarray) -> np.ndarray:
