@@ -2,6 +2,7 @@
 
 import contextlib
 import os
+import signal
 import threading
 import time
 
@@ -95,6 +96,19 @@ def test_a_process_that_dies_is_told():
     with pytest.raises(EngineError, match="died"):
         run_aside([("die", None)], events)
     assert events == [None]
+
+
+def test_a_process_that_is_killed_with_nothing_to_do_is_replaced():
+    events = []
+    with Aside(work, apart=True) as aside:
+        aside.begin(("say", "a"), holding(events, "a"))
+        future, _ = aside.under_way[0]
+        os.kill(future.result(timeout=60)[1], signal.SIGTERM)
+        aside.worker._executor_manager_thread.join(timeout=60)  # it has noticed
+        aside.begin(("say", "b"), holding(events, "b"))
+    (first, before), (second, after) = aside.done
+    assert (first, second, events) == ("a", "b", ["a", "b"])
+    assert before != after
 
 
 def test_a_worker_is_ended_before_it_has_looked_at_what_waits_for_it(monkeypatch):

@@ -42,12 +42,24 @@ class Aside(Generic[T]):
         with held:
             if self.apart:
                 self._take(wait=False)
-                self.worker = self.worker or new_worker()
-                with interrupt_held():
-                    future = self.worker.submit(self.function, thing)
+                future = self._submit(thing)
                 self.under_way.append((future, held.pop_all()))
             else:
                 self.done.append(self.function(thing))
+
+    def _submit(self, thing: Any) -> Any:
+        """The future of the function on `thing`, in the process or, if it has died with nothing to do, in a new one."""
+        from joblib.externals.loky.process_executor import BrokenProcessPool
+
+        while True:
+            self.worker = self.worker or new_worker()
+            try:
+                with interrupt_held():
+                    return self.worker.submit(self.function, thing)
+            except BrokenProcessPool:
+                self._take(wait=True)
+                end_workers([self.worker])
+                self.worker = None
 
     def _take(self, wait: bool) -> None:
         """Move finished values to `done`, in order; with `wait`, wait for all of them."""
