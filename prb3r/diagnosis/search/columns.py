@@ -14,7 +14,7 @@ from prb3r.diagnosis.search.linear_selection import Column, LinearModel
 STEEPEST = 1e8
 """Largest credible change of a whitened reading by one prior standard deviation of a parameter.  An arm of a metre that
 is read to 10 nm does not move by more, but derivatives grow without bound where a branch of equilibria ends."""
-LARGE, LEAST_FELT = 3.0, 0.1
+LARGE_EFFECT, LEAST_FELT = 3.0, 0.1
 """Size of an effect in prior standard deviations, and the part of its standard deviation by which some reading has to
 move at that size.  An effect that moves none further, such as the weight of a wrist of a gram, is as probable after the
 recording as before: sets need not hold it.  Choice: a hundred readings tell no more than a unit of chi-square of it."""
@@ -57,11 +57,11 @@ def linear_model(
 
 
 def may_be_felt(change: np.ndarray, noise: Noise) -> bool:
-    """Whether an effect of `LARGE` prior standard deviations moves any reading by `LEAST_FELT` standard deviations.
+    """Whether an effect of `LARGE_EFFECT` prior standard deviations moves any reading by `LEAST_FELT` standard deviations.
 
     `change`: (r, k) of the readings, per prior standard deviation of each free parameter.
     """
-    return bool((LARGE * np.abs(change) > LEAST_FELT * noise.total_sd[:, None]).any())
+    return bool((LARGE_EFFECT * np.abs(change) > LEAST_FELT * noise.total_sd[:, None]).any())
 
 
 def no_steeper(moved: np.ndarray) -> np.ndarray:
