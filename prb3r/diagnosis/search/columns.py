@@ -57,7 +57,7 @@ def linear_model(
 
 
 def may_be_felt(change: np.ndarray, noise: Noise) -> bool:
-    """Whether an effect of `LARGE_EFFECT` prior standard deviations moves any reading by `LEAST_FELT` standard deviations.
+    """Whether an effect of `LARGE_EFFECT` prior sd moves any reading by more than `LEAST_FELT` of its sd.
 
     `change`: (r, k) of the readings, per prior standard deviation of each free parameter.
     """
