@@ -209,7 +209,8 @@ def test_of_zipped_factors_the_pairs_differ(folder):
     assert "study of 3 cases" in prb3r("check", study).stdout
     study.write_text(STUDY + METRIC + first.format([1.0, 1.0, 2.0]) + second.format([2.0, 2.0, 1.0]))
     done = prb3r("check", study)
-    assert "study.toml: factors zipped as 'z': the values 1.0, 2.0 stand there twice; give each once" in done.stderr
+    said = "factors zipped as 'z': the values 1.0, 2.0 stand there twice; give each once"
+    assert f"study.toml:9 factor.cable_1_n: {said}" in done.stderr
 
 
 def test_a_level_that_stands_there_twice_beside_a_value_is_called_by_its_label(folder):

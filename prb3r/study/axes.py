@@ -10,6 +10,8 @@ import numpy as np
 import scipy
 
 from prb3r.model.files.cells import count
+from prb3r.model.files.toml_lines import Keys
+from prb3r.model.files.validation import KeyedError
 from prb3r.study.factors import Factor, Level, Sampling
 from prb3r.study.rounding import significant
 from prb3r.study.spec import Study
@@ -35,28 +37,32 @@ def axes(study: Study, designs: np.ndarray | None = None) -> list[Axis]:
 
     Raises
     ------
-    ValueError
-        If zipped factors differ in length, or a value stands twice.
+    KeyedError
+        With every factor of another length than those that it is zipped with, and every value that stands twice.
     """
+    wrong = list[tuple[Keys, str]]()
     grouped: dict[tuple[str, str], dict[str, list[Any]]] = {}
-    for factor in study.factor:
+    place = dict[tuple[str, str], int]()
+    for number, factor in enumerate(study.factor):
         if factor.drawn is not None:
             continue
         key = ("zip", factor.zip) if factor.zip else ("alone", factor.name)
         values, group = _values(factor), grouped.setdefault(key, {})
+        place.setdefault(key, number)
         before = len(next(iter(group.values()), values))
         if before != len(values):
-            raise ValueError(
-                f"factors zipped as {factor.zip!r} need one length: {factor.name!r} has {count(len(values), 'value')}, "
-                f"those before it {before}"
-            )
+            what = f"{factor.name!r} has {count(len(values), 'value')}, those before it {before}"
+            wrong.append((("factor", number), f"factors zipped as {factor.zip!r} need one length: {what}"))
+            continue
         group[factor.name] = values
     for (how, name), group in grouped.items():
         if (twice := _first_repeated(list(zip(*group.values(), strict=True)))) is not None:
             told = ", ".join(value.label if isinstance(value, Level) else str(value) for value in twice)
             alone = f"factor {name!r}: the value {told} stands"
             what = alone if how == "alone" else f"factors zipped as {name!r}: the values {told} stand"
-            raise ValueError(f"{what} there twice; give each once")
+            wrong.append((("factor", place[how, name]), f"{what} there twice; give each once"))
+    if wrong:
+        raise KeyedError(*wrong)
     if study.searched:
         rows = first_designs(study) if designs is None else designs
         grouped["searched", ""] = _named(study.searched, rows)

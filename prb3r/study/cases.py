@@ -15,6 +15,7 @@ from typing import Any, overload
 
 import numpy as np
 
+from prb3r.model.files.toml_lines import Keys
 from prb3r.model.manipulator import Manipulator
 from prb3r.runs.part import KEY_TYPE
 from prb3r.runs.store import canonical
@@ -150,8 +151,8 @@ class Cases(Sequence[Case]):
         return family, row
 
 
-def unchecked_cases(base: Tree, study: Study, grid: Sequence[Axis]) -> Iterator[tuple[Family, list[str]]]:
-    """The families of a study's cases, each with the problems met in setting its factors.
+def unchecked_cases(base: Tree, study: Study, grid: Sequence[Axis]) -> Iterator[tuple[Family, list[tuple[Keys, str]]]]:
+    """The families of a study's cases, each with the problems met in setting its factors, as :func:`applied` has them.
 
     The cases are the product of the axes `grid`, the first axis slowest.  Axes whose factors set loads alone vary
     within a family, all others between families.
@@ -211,10 +212,13 @@ def _is_load(path: str) -> bool:
     return bool(re.fullmatch(r"(manipulator\.)?(initial|step\.[^.]+)\..+", path))
 
 
-def applied(settings: Tree, factors: Mapping[str, Factor], values: Mapping[str, Any]) -> tuple[Tree, list[str]]:
-    """The settings with every factor set, in the order of the spec, and the problems of those that cannot be set."""
-    wrong = []
-    for name, factor in factors.items():
+def applied(
+    settings: Tree, factors: Mapping[str, Factor], values: Mapping[str, Any]
+) -> tuple[Tree, list[tuple[Keys, str]]]:
+    """The settings with every factor set, in the order of the spec, and the problems of those that cannot be set, with
+    their keys in the spec."""
+    wrong = list[tuple[Keys, str]]()
+    for number, (name, factor) in enumerate(factors.items()):
         value = values[name]
         try:
             if isinstance(value, Level):
@@ -226,7 +230,7 @@ def applied(settings: Tree, factors: Mapping[str, Factor], values: Mapping[str, 
             for path in factor.changed if factor.added_to or factor.times else ():
                 settings = with_setting(settings, path, _changed(settings, path, value, bool(factor.times)))
         except (KeyError, TypeError) as error:
-            wrong.append(f"factor {name!r}: {error.args[0]}")
+            wrong.append((("factor", number), f"factor {name!r}: {error.args[0]}"))
     return settings, wrong
 
 

@@ -1,6 +1,6 @@
 """The plan of a study: its checked cases, the keys and items of their results, and the folder that these go to."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -9,7 +9,9 @@ from typing import Any, Protocol
 import numpy as np
 
 from prb3r.errors import Problem, SpecError
+from prb3r.model.files.rest import Rest, rest_of
 from prb3r.model.files.toml import place_of
+from prb3r.model.files.toml_lines import Keys
 from prb3r.model.manipulator import load_manipulator
 from prb3r.quantities import Quantity
 from prb3r.runs.part import KEY_TYPE, first_of_each
@@ -32,6 +34,10 @@ MOST_CORNERED = 8
 """Largest number of searched factors for which all corners of their ranges are checked before a search begins."""
 LONG_CHECK = 1000
 """Number of cases from which on progress of checking them is reported."""
+MAKE_COLUMNS = ("factor", "metric", "comparison")
+"""Parts of a study that make the columns which others name."""
+NOT_OF_CASES = (*MAKE_COLUMNS, "fit", "plot", "designs", "requirement", "preference", "title", "question", "timing")
+"""Parts of a study without which loads and manipulators of the other cases are what they were."""
 
 
 class Progress(Protocol):
@@ -204,7 +210,10 @@ def plan_study(path: str | Path, output: str | Path = "results", progress: Progr
     SpecError
         With every problem of the study file, its manipulator and its cases.
     """
-    study, progress = load_study(path), progress or Silent()
+    try:
+        study, progress = load_study(path), progress or Silent()
+    except SpecError as error:
+        raise SpecError(*dict.fromkeys([*error.problems, *_problems_of_rest(Path(path))])) from None
     if (count := count_cases(study)) < LONG_CHECK:
         progress = Silent()
     progress.begin(f"{study.name}, checking", int(min(count, MAX_CASES)), 0)
@@ -224,8 +233,37 @@ def plan_study(path: str | Path, output: str | Path = "results", progress: Progr
     return Plan(Path(path), study, cases, Path(output) / study.name)
 
 
-def _problems_of_asked(path: Path, study: Study, cases: Cases | None) -> Iterator[Problem]:
-    """Problems of plots, fits, comparisons and wishes, with lines; `cases` is None where the cases have problems."""
+def _problems_of_rest(path: Path) -> list[Problem]:
+    """Problems of the cases of a study file that is refused, as far as its parts that are in order show them.
+
+    Nothing comes back where loads may be wrong, as most problems of cases would then follow from that.
+    """
+    rest = rest_of(path, Study)
+    if rest is None or not rest.left_out <= set(NOT_OF_CASES) or ("factor" in rest.left_out and not _is_loaded(rest)):
+        return []
+    study, problems, cases = rest.instance, list[Problem](), None
+    try:
+        cases = resolve(path, study, in_file=rest.in_file)
+    except SpecError as error:
+        problems += error.problems
+    if not rest.left_out & set(MAKE_COLUMNS):
+        problems += _problems_of_asked(path, study, cases, rest.in_file)
+    return problems
+
+
+def _is_loaded(rest: Rest[Study]) -> bool:
+    """Whether a study gives loads by itself, not by its factors alone."""
+    study = rest.instance
+    return bool(study.initial or study.step or study.sweep or study.cloud or study.reach)
+
+
+def _problems_of_asked(
+    path: Path, study: Study, cases: Cases | None, in_file: Callable[[Keys], Keys] = lambda keys: keys
+) -> Iterator[Problem]:
+    """Problems of plots, fits, comparisons and wishes, with lines; `cases` is None where the cases have problems.
+
+    `in_file` is that of `resolve`.
+    """
     try:
         cables = cases.cables if cases else load_manipulator(path.parent / study.manipulator).cable_names
     except SpecError:
@@ -234,7 +272,7 @@ def _problems_of_asked(path: Path, study: Study, cases: Cases | None) -> Iterato
     if cases is not None:
         wrong += [*selection_problems(study, cases), *lacking_problems(study, cases)]
     for keys, what in wrong:
-        yield Problem(place_of(path, keys), what)
+        yield Problem(place_of(path, in_file(keys)), what)
 
 
 def _alike(missing: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:

@@ -12,7 +12,7 @@ from prb3r.inverse.reach import lag_problem
 from prb3r.inverse.target import out_of_reach, target_rows
 from prb3r.model.files.toml import place_of, read_toml
 from prb3r.model.files.toml_lines import Keys, dotted
-from prb3r.model.files.validation import validate
+from prb3r.model.files.validation import KeyedError, validate
 from prb3r.model.manipulator import Manipulator
 from prb3r.model.solve import history_problem
 from prb3r.model.step_checks import refused, step_problems
@@ -36,6 +36,7 @@ def resolve(
     study: Study,
     advance: Callable[[int], None] = lambda cases: None,
     designs: np.ndarray | None = None,
+    in_file: Callable[[Keys], Keys] = lambda keys: keys,
 ) -> Cases:
     """All cases of a study file, checked.
 
@@ -44,6 +45,7 @@ def resolve(
     path : of the study file, to which paths within it are relative.
     advance : called with the number of cases of each family when they are checked.
     designs : (n, factors) values of the searched factors; None: the first generation of the search.
+    in_file : the keys in the file of keys in the study, where these differ (`Rest.in_file`).
 
     Raises
     ------
@@ -64,11 +66,14 @@ def resolve(
         grid = axes(study, designs)
         for family, wrong in unchecked_cases(base, study, grid):
             families.append(family)
-            for row, keys, what in [(0, (), what) for what in wrong] or _problems(family, study, checked):
+            not_set = [(0, keys, what) for keys, what in wrong]
+            for row, keys, what in itertools.chain(not_set, _problems(family, study, checked)):
                 first[keys, what] = min(first.get((keys, what), count), int(family.numbers[row]))
             advance(len(family))
             if len(first) >= MAX_PROBLEMS:
                 break
+    except KeyedError as error:
+        raise SpecError(*(Problem(place_of(path, in_file(keys)), what) for keys, what in error.places)) from None
     except (KeyError, TypeError, ValueError) as error:
         raise SpecError(Problem(str(path), str(error.args[0]))) from None
     labels = label_columns(study, grid)
@@ -76,7 +81,7 @@ def resolve(
         of = {k: ", ".join(f"{name} = {labels[name][k]}" for name in labels) for k in set(first.values())}
         told = sorted(first, key=lambda known: first[known])
         cases = [of[first[known]] or "the only case" for known in told]
-        places = [place_of(path, keys) if keys else str(path) for keys, _ in told]
+        places = [place_of(path, in_file(keys)) if keys else str(path) for keys, _ in told]
         raise SpecError(
             *(Problem(f"{place} ({case})", what) for place, case, (_, what) in zip(places, cases, told, strict=True))
         )
@@ -171,7 +176,19 @@ def _problems(family: Family, study: Study, checked: dict) -> Iterator[tuple[int
     for row in rows[:MAX_TOLD].tolist():
         frame = steps_frame(family.settings_of(row))
         for problem in step_problems(manipulator, frame, "", keys=()):
-            yield row, (), str(replace(problem, where=problem.where.strip()))
+            place = problem.where.strip()
+            yield row, _keys_of_load(study, place.removeprefix("column ")), str(replace(problem, where=place))
+
+
+def _keys_of_load(study: Study, column: str) -> Keys:
+    """The keys in the study file of what first gives loads of a `column`; empty if nothing does by this name."""
+    for number, step in enumerate(study.step):
+        if column in step:
+            return "step", number, column
+    for number, factor in enumerate(study.factor):
+        if any(path.endswith(f".{column}") for path in factor.changed):
+            return "factor", number
+    return ("initial", column) if column in study.initial else ()
 
 
 def _structure_problems(settings: Tree, manipulator: Manipulator) -> Iterator[str]:

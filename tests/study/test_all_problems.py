@@ -83,6 +83,41 @@ def test_everything_that_needs_no_solve_is_told_at_once_with_its_line(tmp_path, 
         assert problem.startswith(f"{path}:{line} ")
 
 
+MISTAKES = (
+    ('[[metric]]\nkind = "positon"\n', "metric.1.kind: unknown kind 'positon'"),
+    ('[[factor]]\nname = "no_m"\npath = "segment.9.thickness_m"\nvalues = [1.0]\n', "'9' is not a number from 1 to 2"),
+    ('[[factor]]\nname = "late_n"\npath = "step.1.cable_9_n"\nvalues = [1.0]\n', "there is no cable 9"),
+    ('[[factor]]\nname = "twice_n"\nvalues = 3\npath = "step.1.cable_2_n"\n', "values: must be a list"),
+    ('[[metric]]\nkind = "position"\ndisk = 77\n', "metric position: there is no disk 77"),
+    ("[[step]]\ncable_7_n = 3\n", "there is no cable 7"),
+    ('[[metric]]\nkind = "changing-point"\ncable = "9"\n', "metric changing-point: there is no cable '9'"),
+)
+"""Mistakes that show in the file alone, when factors are set, and when loads and metrics meet the manipulator."""
+
+
+def test_mistakes_of_every_kind_are_told_at_once_each_with_its_line(tmp_path):
+    text, lines = HEAD, []
+    for part, _ in MISTAKES:
+        lines.append(text.count("\n") + 1)
+        text += part
+    path, told = problems(tmp_path, text)
+    assert len(told) == len(MISTAKES)
+    for line, (part, what) in zip(lines, MISTAKES, strict=True):
+        (problem,) = [problem for problem in told if what in problem]
+        at = int(problem.removeprefix(f"{path}:").partition(" ")[0])
+        assert line <= at < line + part.count("\n")
+
+
+def test_nothing_is_said_that_follows_from_another_mistake_alone(tmp_path):
+    step = "[[step]]\ncable_1_n = 20\n"
+    plot = '[[plot]]\nname = "l"\nkind = "lines"\nx = "load_n"\ny = ["tip_y_m"]\n'
+    for mistaken, instead in ((step, '[[step]]\ncable_1_n = "20"\n'), (TIP, TIP.replace("ition", "iton"))):
+        right = HEAD + TIP + plot
+        assert mistaken in right
+        _, told = problems(tmp_path, right.replace(mistaken, instead))
+        assert len(told) == 1  # neither that there are no loads, nor that the plot lacks a column
+
+
 KEPT = '[[comparison]]\nname = "kept"\nkind = "ratio"\nof = "safety_factor"\nto = { broken = "none" }\n'
 STEELS = """[[factor]]
 name = "steel"
