@@ -26,8 +26,9 @@ class Rest(Generic[_Model]):
 
     def in_file(self, keys: Keys) -> Keys:
         """The keys in the file of what has the given `keys` in `instance`."""
-        if len(keys) > 1 and keys[0] in self.kept and isinstance(keys[1], int):
-            return (keys[0], self.kept[keys[0]][keys[1]], *keys[2:])
+        first, number = (*keys, None, None)[:2]
+        if isinstance(first, str) and first in self.kept and isinstance(number, int):
+            return (first, self.kept[first][number], *keys[2:])
         return keys
 
 
