@@ -9,7 +9,7 @@ from prb3r.diagnosis.checks.residuals import ModelCheck, model_checks
 from prb3r.diagnosis.checks.setup.find import Blunder
 from prb3r.diagnosis.checks.tolerated import tolerances_told
 from prb3r.diagnosis.checks.unseen import JudgedSequence, Unseen, unseen
-from prb3r.diagnosis.checks.verdict import empirical_law, verdict_on, why_doubtful, why_unexplained
+from prb3r.diagnosis.checks.verdict import empirical_law, verdict_on, why_doubtful, why_misleading, why_unexplained
 from prb3r.diagnosis.evidence.stated_accuracy import share_of_stated
 from prb3r.diagnosis.fit.calibrate import as_drawn, constants_as_drawn
 from prb3r.diagnosis.fit.model import Fit
@@ -59,13 +59,13 @@ def check(searched: Searched, blunder: Blunder | None = None) -> Investigation:
         choice = replace(choice, share_of_stated=share_of_stated(choice.fitted, choice.doubts))
     doubted, calibrated = tested.doubted, choice.calibrated
     fresh, before = _set_aside(doubted, choice), choice.fitted
-    choice, checks, failed, refuted, why = _tested_on(fresh, choice, doubted)
+    refitted = constants_as_drawn(calibrated) if choice.fitted.model.hypotheses else None
+    choice, checks, failed, refuted, why = _tested_on(fresh, choice, doubted, refitted)
 
     reported = as_drawn(choice.fitted) if why else choice.fitted
     effects = [k for k in range(len(reported.effects)) if not why or is_felt(reported, k)]
     named = tuple(named_effect(choice, k, doubted.search, fresh, reported, partial=bool(why)) for k in effects)
     law, gain = empirical_law(fresh, calibrated, choice.fitted, doubted.task.seed) if why else (None, None)
-    refitted = constants_as_drawn(calibrated) if choice.fitted.model.hypotheses else reported
     rivals = blunder is not None or any(effect.rivals for effect in named)
     verdict = "unexplained" if why else verdict_on(choice, rivals)
     tolerances = tolerances_told(choice.fitted, choice.doubts)
@@ -77,7 +77,7 @@ def check(searched: Searched, blunder: Blunder | None = None) -> Investigation:
         training=calibrated.recording,
         fresh=fresh,
         calibrated=calibrated,
-        refitted=refitted,
+        refitted=refitted or reported,
         reported=reported,
         before=tested.scores,
         choice=choice,
@@ -88,7 +88,7 @@ def check(searched: Searched, blunder: Blunder | None = None) -> Investigation:
         checks=checks,
         closure=law,
         closure_gain=gain,
-        heldout=fresh.errors(refitted, reported) if fresh else None,
+        heldout=fresh.errors(refitted or reported, reported) if fresh else None,
         experiments=separations(choice, named) if verdict == "ambiguous" else (),
         failed=tuple(sequence.name for sequence in failed),
         rival_blunder=blunder,
@@ -98,6 +98,7 @@ def check(searched: Searched, blunder: Blunder | None = None) -> Investigation:
             *or_a_blunder(blunder),
             *_on_the_model(choice, doubted, checks, tolerances, unexplained=bool(why)),
             *_on_the_noise(choice, doubted, fresh),
+            *(off_as_drawn(fresh, choice.fitted, reported) if not failed else ()),
             *_on_what_was_set_aside(choice, before, fresh, failed, refuted),
         ),
     )
@@ -118,8 +119,11 @@ class _Checked(NamedTuple):
     """Why the verdict is `unexplained`; empty if it is not."""
 
 
-def _tested_on(fresh: Unseen | None, choice: Choice, doubted: Doubted) -> _Checked:
-    """The choice after the test on the sequences set aside (None without any), with all checks of its model."""
+def _tested_on(fresh: Unseen | None, choice: Choice, doubted: Doubted, refitted: Fit | None) -> _Checked:
+    """The choice after the test on the sequences set aside (None without any), with all checks of its model.
+
+    `refitted`: the constants alone with all parts as drawn; None for a choice without effects.
+    """
     models = [(survivor.probability, survivor.fitted) for survivor in choice.survivors]
     choice = predicting(choice, fresh, doubted.search)
     judged = fresh.by_sequence_averaged(choice.fitted, models) if fresh else ()
@@ -130,6 +134,8 @@ def _tested_on(fresh: Unseen | None, choice: Choice, doubted: Doubted) -> _Check
     why = why_unexplained(choice, failed, [cables[weight.cable] for weight in weights], checks)
     refuted = () if fresh is None or why else choice.refuted_by(fresh.refutes)
     choice = choice.without(refuted)
+    if not why and fresh is not None and refitted is not None:
+        why = why_misleading(fresh.errors(refitted, choice.fitted), doubted.task.settings)
     return _Checked(choice, checks, failed, refuted, why or why_doubtful(choice, doubted.search))
 
 
@@ -183,7 +189,6 @@ def _on_what_was_set_aside(
 ) -> tuple[str, ...]:
     """Remarks on what the sequences set aside say of the choice, and of the model chosen `before` they were asked."""
     return (
-        *(off_as_drawn(fresh, choice.fitted) if not failed else ()),
         *not_predicted(failed),
         *refuted_sets(choice, refuted),
         *chosen_by(before, choice.fitted, fresh),

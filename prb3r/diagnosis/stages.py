@@ -4,12 +4,14 @@ calibrate -> doubt -> test -> search
 """
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from prb3r.diagnosis.checks.doubt import without_outliers, without_wrong_weights
 from prb3r.diagnosis.checks.repeats import scatter
 from prb3r.diagnosis.checks.set_aside import set_aside
+from prb3r.diagnosis.checks.stated_constants import contradicted, not_believed, without_statements
 from prb3r.diagnosis.fit.calibrate import fit_constants
 from prb3r.diagnosis.fit.prediction import predictor
 from prb3r.diagnosis.known import Calibrated, Doubted, Searched, Task, Tested
@@ -34,7 +36,26 @@ def to_search(task: Task, report: Report, apply: Apply) -> Searched:
 
 
 def to_test(task: Task, report: Report, apply: Apply) -> Tested:
-    """The score tests of the residuals of calibration: all stages from calibration to test."""
+    """The score tests of the residuals of calibration: all stages from calibration to test.
+
+    Where the readings contradict what is stated of Young's modulus or friction, and constants alone explain them
+    without it, it is not believed.  Otherwise any effect that acts like another modulus would be sure to be there.
+    """
+    tested = _as_stated_to_test(task, report, apply)
+    fields = contradicted(tested.doubted.fitted)
+    if not fields:
+        return tested
+    freed = replace(task, recording=without_statements(task.recording, fields))
+    other = _as_stated_to_test(freed, lambda stage: None, apply)
+    if leaves_something(other):
+        return tested
+    recording = other.doubted.recording
+    remarks = (*recording.remarks, *not_believed(task.recording, fields, other.doubted.fitted))
+    return replace(other, doubted=replace(other.doubted, recording=replace(recording, remarks=remarks)))
+
+
+def _as_stated_to_test(task: Task, report: Report, apply: Apply) -> Tested:
+    """As :func:`to_test`, with what is stated of the constants believed."""
     report("calibrate")
     calibrated = calibrate(task)
     report("doubt")

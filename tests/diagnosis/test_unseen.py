@@ -13,7 +13,9 @@ from scipy.stats import chi2
 from prb3r.diagnosis import investigate as around
 from prb3r.diagnosis import stages
 from prb3r.diagnosis.check import check
+from prb3r.diagnosis.checks.heldout import HeldOut
 from prb3r.diagnosis.checks.unseen import JudgedSequence, Unseen, chance_of_size, unseen
+from prb3r.diagnosis.checks.verdict import why_misleading
 from prb3r.diagnosis.evidence.outliers import Doubts
 from prb3r.diagnosis.evidence.renewal import renewed
 from prb3r.diagnosis.fit.calibrate import OutOfBalance, fit_constants
@@ -163,13 +165,14 @@ def test_it_is_said_where_parts_off_their_drawing_make_the_error_on_what_was_set
     said = []
     for recording in (right, drawn):
         rough, fresh = fitted_to_the_others(recording), aside(recording)
-        said.append(off_as_drawn(fresh, renewed(rough, fresh.doubts)))
+        fitted = renewed(rough, fresh.doubts)
+        said.append(off_as_drawn(fresh, fitted, fitted))
     assert said[0] == []
     (sentence,) = said[1]
     assert re.search(r"no part does more of that than .*length_m: measure it$", sentence)
     made, as_drawn = (float(number) for number in re.findall(r"to ([0-9.]+) mm", sentence))
     assert as_drawn > 1.4 * made
-    assert off_as_drawn(None, renewed(rough, fresh.doubts)) == []
+    assert off_as_drawn(None, fitted, fitted) == []
 
 
 def misread(recording: Recording, fitted: Fit, step: int, tip: float) -> Recording:
@@ -245,6 +248,49 @@ def test_of_models_that_explain_what_was_fitted_alike_the_one_stands_that_predic
         said = [remark for remark in found.remarks if "would explain what was fitted too" in remark]
         assert [remark.partition(":")[0] for remark in said] == ["constants alone", "weakened_plate (plate 2)"]
         assert any("it confirms nothing" in remark for remark in found.remarks) == (first is poor)
+
+
+def test_effects_that_predict_what_was_set_aside_worse_than_constants_alone_explain_nothing(monkeypatch):
+    """Errors of parts as drawn count, as those of another rig would: with parts as this one has them all is well."""
+    searched = to_search(Task(recorded()), lambda stage: None, serially)
+    assert check(searched).verdict == "explained"
+    real = Unseen.errors
+
+    def farther(self: Unseen, calibrated: Fit, explained: Fit) -> HeldOut:
+        errors = real(self, calibrated, explained)
+        return replace(errors, rmse_explained_m=2.1 * errors.rmse_calibrated_m)
+
+    monkeypatch.setattr(Unseen, "errors", farther)
+    found = check(searched)
+    assert found.verdict == "unexplained"
+    assert found.why.startswith("with all parts as drawn, what is named predicts out, which no fit has seen, to ")
+
+
+def test_of_errors_those_of_positions_count_before_those_of_angles():
+    errors = HeldOut(("a",), 1e-3, 1.9e-3, 1e-4, 0.01, 0.05, 1e-3, 1.0, 1.0, 10)
+    assert why_misleading(errors, Settings()) == ""
+    assert why_misleading(replace(errors, rmse_explained_m=4e-3), Settings()).endswith(
+        "to 4 mm, and constants alone do to 1"
+    )
+    turned = why_misleading(replace(errors, rmse_calibrated_m=None, rmse_explained_m=None), Settings())
+    assert turned.endswith("to 2.86 degrees, and constants alone do to 0.573")
+    assert why_misleading(None, Settings()) == ""
+
+
+def test_effects_that_two_others_replace_together_are_not_sure_of_their_place():
+    """As the offsets of two cables for those of the two opposite ones; here two plates for one."""
+    searched = to_search(Task(recorded(), hold_out=False), lambda stage: None, serially)
+    choice, library = searched.choice, searched.tested.doubted.search.library
+    plates = {k: next(one for one in library if one.name == f"weakened_plate (plate {k})") for k in (2, 3)}
+
+    def with_plates(*numbers: int) -> Fit:
+        model = replace(choice.calibrated.model, hypotheses=tuple(plates[k] for k in numbers))
+        return fit(model, np.append(choice.calibrated.p, np.zeros(len(numbers))))
+
+    for share, among in [(0.06, (2, 3, 4)), (0.04, (4,))]:
+        first, other = Survivor(choice.fitted, 0.0, 1 - share), Survivor(with_plates(2, 3), 0.0, share)
+        (effect,) = check(replace(searched, choice=replace(choice, survivors=(first, other)))).named
+        assert effect.places["plate"] == (4, among)
 
 
 def test_an_effect_of_the_most_probable_model_is_named_where_fitted_and_held_out_sequences_together_show_it(

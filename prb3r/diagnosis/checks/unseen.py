@@ -129,11 +129,11 @@ class Unseen:
         before, after = self.solved(calibrated), self.solved(explained)
         return compared(self.predict, self.noise(explained), before.readings, after.readings)
 
-    def as_drawn_and_made(self, fitted: Fit) -> HeldOut:
-        """Errors of `fitted` with parts as drawn, in the fields of `calibrated`, and with parts as the fitted sequences
-        tell them, in those of `explained`."""
+    def as_drawn_and_made(self, drawn: Fit, fitted: Fit) -> HeldOut:
+        """Errors of the fit `drawn` with parts as drawn, in the fields of `calibrated`, and of `fitted` with parts as
+        the fitted sequences tell them, in those of `explained`."""
         made = self.prediction(fitted)
-        return compared(self.predict, made.noise, self.solved(fitted).readings, made.readings)
+        return compared(self.predict, made.noise, self.solved(drawn).readings, made.readings)
 
     def log_score(self, fitted: Fit) -> float | None:
         """Mean log predictive density per reading, in nats; None if a step has no equilibrium.

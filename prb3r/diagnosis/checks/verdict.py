@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from prb3r.diagnosis.chance import normal_critical
+from prb3r.diagnosis.checks.heldout import HeldOut
 from prb3r.diagnosis.checks.residuals import ALONG_STEPS, ModelCheck
 from prb3r.diagnosis.checks.unseen import JudgedSequence, Unseen
 from prb3r.diagnosis.evidence.model_evidence import cost
@@ -14,6 +15,8 @@ from prb3r.diagnosis.search.empirical_law import Closure, close
 from prb3r.diagnosis.search.search import Search
 from prb3r.diagnosis.search.selection import Choice
 from prb3r.diagnosis.search.unknown_law import OF_TENSIONS, STAYING, unknown_law
+from prb3r.diagnosis.settings import Settings
+from prb3r.markdown import listed
 
 FIELDS_MEANT = {
     "loads": "moments on the plates that go smoothly with the loads",
@@ -78,6 +81,30 @@ def verdict_on(choice: Choice, rivals: bool) -> str:
         return "adequate"
     more = max(choice.likely.values(), default=0.0) > choice.fitted.model.settings.positive_presence
     return "ambiguous" if rivals or more or choice.alternatives or choice.structured else "explained"
+
+
+def why_misleading(errors: HeldOut | None, settings: Settings) -> str:
+    """Why the effects of a choice mislead, to follow "since"; empty if they do not.
+
+    They mislead if they predict the sequences set aside `Settings.misleading` times as far off as constants alone do.
+    Parts that are off within their tolerances then make up for them on this rig, and on no other.
+
+    Parameters
+    ----------
+    errors : of the constants alone and of the choice, both with all parts as drawn; None where nothing was set aside.
+    """
+    if errors is None:
+        return ""
+    before, after, unit = errors.rmse_calibrated_m, errors.rmse_explained_m, "mm"
+    if before is None or after is None:
+        before, after, unit = errors.rmse_calibrated_rad, errors.rmse_explained_rad, "degrees"
+    if before is None or after is None or after <= settings.misleading * before:
+        return ""
+    shown = 1e3 if unit == "mm" else 180 / np.pi
+    return (
+        f"with all parts as drawn, what is named predicts {listed(errors.sequences)}, which no fit has seen, to "
+        f"{shown * after:.3g} {unit}, and constants alone do to {shown * before:.3g}"
+    )
 
 
 def why_doubtful(choice: Choice, search: Search) -> str:

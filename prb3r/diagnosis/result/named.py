@@ -70,7 +70,7 @@ def named_effect(
     if fresh and not partial and not fresh.refutes(fitted):
         near = [rival for rival in near if not fresh.refutes(rival.fitted)]
     elsewhere = [rival for rival in near if _same_but_place(rival.hypothesis, hypothesis)]
-    places = _places(hypothesis, [rival.hypothesis for rival in elsewhere])
+    places = _places(hypothesis, [*(rival.hypothesis for rival in elsewhere), *_in_its_place(choice, hypothesis)])
     parameters, profiles = _estimates(replace(choice, fitted=reported), number, sure=not partial)
     simpler = without_effect(fitted, number)
     statement = sentence(reported, number, parameters)
@@ -103,6 +103,21 @@ def _same_but_place(first: Hypothesis, second: Hypothesis) -> bool:
     """Whether two hypotheses are on the same kind of effect with the same law, at places of the same sort."""
     a, b = dict(first.place), dict(second.place)
     return first.kind == second.kind and a.keys() == b.keys() and a.get("law") == b.get("law")
+
+
+def _in_its_place(choice: Choice, hypothesis: Hypothesis) -> list[Hypothesis]:
+    """Hypotheses on the same kind of effect at other places that stand in surviving sets without a chosen one, with a
+    probability of `Settings.alike_rate` or more.
+
+    Two effects may be exchanged for two others though none of them can be alone, as the offsets of two cables can for
+    those of the two opposite ones.
+    """
+    probability = dict[Hypothesis, float]()
+    for survivor in choice.survivors:
+        for other in survivor.effects - choice.effects if hypothesis not in survivor.effects else ():
+            if _same_but_place(other, hypothesis):
+                probability[other] = probability.get(other, 0.0) + survivor.probability
+    return [other for other, share in probability.items() if share >= choice.fitted.model.settings.alike_rate]
 
 
 def _places(hypothesis: Hypothesis, elsewhere: list[Hypothesis]) -> dict[str, tuple[Any, tuple[Any, ...]]]:

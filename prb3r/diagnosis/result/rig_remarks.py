@@ -166,12 +166,15 @@ def beyond_tolerance(told: EstimatedTolerances, settings: Settings) -> list[str]
     return [f"off its drawing: {', '.join(parts[:PARTS_NAMED])}{more}: measure it, or look for what moves it"]
 
 
-def off_as_drawn(fresh: Unseen | None, fitted: Fit) -> list[str]:
+def off_as_drawn(fresh: Unseen | None, fitted: Fit, reported: Fit) -> list[str]:
     """A remark where parts off their drawing, within tolerance, make more of the mean square error on the sequences set
-    aside than the noise does."""
+    aside than the noise does.
+
+    `fitted` is the chosen model, `reported` the same with the parameters that are reported for parts as drawn.
+    """
     if fresh is None:
         return []
-    errors, part = fresh.as_drawn_and_made(fitted), fresh.prediction(fitted).part
+    errors, part = fresh.as_drawn_and_made(reported, fitted), fresh.prediction(fitted).part
     drawn, made, noise = errors.rmse_calibrated_m, errors.rmse_explained_m, errors.noise_m
     factor, unit = 1e3, "mm"
     if drawn is None or made is None or noise is None:

@@ -35,6 +35,8 @@ class FitsSettings:
     """Stiffnesses from which calibration begins until one has an equilibrium.  Choice."""
     softer: tuple[float, ...] = (0.35, 0.7)
     """Falls of ln stiffness that a fit begins from too where softer plates alone have no equilibrium.  Choice."""
+    far_stated_sd: float = 3.0
+    """Stated standard deviations from which on a constant contradicts what is stated of it: by chance once in 370."""
     pinned_fall: float = 0.1
     """Fall of ln stiffness at which a fit without equilibrium there counts as pinned.  Choice."""
     strong_effect: float = 0.2

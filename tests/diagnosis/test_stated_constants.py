@@ -1,0 +1,57 @@
+"""What is stated of constants is not believed where constants alone explain the readings without it."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from prb3r.diagnosis.known import Task
+from prb3r.diagnosis.run import diagnosis_of
+from prb3r.diagnosis.search.apply import serially
+from prb3r.diagnosis.stages import to_test
+from prb3r.recording.recording import Prior, Recording
+from tests.diagnosis.simulated import Case, recorded
+
+TRUE_OVER_FILED = 0.8
+"""Young's modulus of the rig over that of the manipulator file."""
+NOT_BELIEVED = "it is not believed"
+
+
+def misfiled(case: Case, **stated: float) -> Recording:
+    """A recording whose manipulator file has another Young's modulus than the rig, with a `[prior]`."""
+    recording = recorded(case)
+    filed = recording.manipulator.youngs_modulus_pa / TRUE_OVER_FILED
+    manipulator = recording.manipulator.model_copy(update={"youngs_modulus_pa": filed})
+    return replace(recording, manipulator=manipulator, prior=Prior(**stated))
+
+
+def said(recording: Recording) -> list[str]:
+    tested = to_test(Task(recording), lambda stage: None, serially)
+    return [remark for remark in tested.doubted.recording.remarks if NOT_BELIEVED in remark]
+
+
+def test_a_modulus_that_contradicts_what_is_stated_is_no_effect():
+    """The estimate is that of a recording that states nothing, and so is its distance from the manipulator file."""
+    known, free = (diagnosis_of(misfiled(Case(hidden=()), **prior)) for prior in ({"youngs_modulus": 0.05}, {}))
+    assert (known.verdict, known.effects) == (free.verdict, ()) == ("adequate", ())
+    assert known.constants["youngs_modulus_pa"] == free.constants["youngs_modulus_pa"]
+    (remark,) = [remark for remark in known.remarks if NOT_BELIEVED in remark]
+    off = np.log(
+        free.constants["youngs_modulus_pa"].calibrated / misfiled(Case(hidden=())).manipulator.youngs_modulus_pa
+    )
+    assert f"Young's modulus (within 5 %) is {abs(off) / 0.05:.2g} standard deviations" in remark
+    assert "whether the clamps give way" in remark
+    assert not [remark for remark in free.remarks if NOT_BELIEVED in remark]
+
+
+def test_what_is_stated_is_believed_where_it_is_near_or_constants_do_not_explain_all():
+    assert said(misfiled(Case(hidden=()), youngs_modulus=0.2)) == []
+    assert said(misfiled(Case(), youngs_modulus=0.05)) == []  # one plate is weak
+
+
+def test_of_friction_it_is_said_too():
+    recording = recorded(Case(hidden=()))
+    filed = recording.manipulator.friction
+    friction = filed.model_copy(update={"coefficient": 3 * filed.coefficient})
+    rougher = replace(recording, manipulator=recording.manipulator.model_copy(update={"friction": friction}))
+    (remark,) = said(replace(rougher, prior=Prior(friction_coefficient=0.1)))
+    assert "what [prior] states of the friction coefficient (within 10 %)" in remark
