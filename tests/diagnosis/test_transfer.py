@@ -1,5 +1,6 @@
 """What is carried over from a diagnosed rig to another design, and what is not."""
 
+import numpy as np
 import pytest
 from diagnosis.simulated import Case, recorded
 from diagnosis.suspected import bare_sections, other_design, scaled
@@ -151,6 +152,18 @@ def test_an_umbilical_of_another_length_has_another_stiffness():
     assert transfer(tube, here, longer).stiffness_n_m_per_rad == pytest.approx(share)
 
 
+def test_what_the_mounting_does_stays_behind_and_the_design_is_asked_for_it_if_it_lacks_it():
+    here, there = recorded(Case(hidden=())).manipulator, other_design()
+    pulls = EFFECT_KINDS["gravity"](x_m_s2=-9.81)
+    carried, (said,) = carried_effects([pulls], here, there)
+    assert carried == ()
+    assert said.endswith("a design that is mounted alike needs gravity, and masses, in its file")
+    mounted = there.model_copy(update={"effect": (EFFECT_KINDS["gravity"](y_m_s2=-9.81),)})
+    carried, (said,) = carried_effects([pulls], here, mounted)
+    assert carried == ()
+    assert said.endswith("the gravity in the file of this design acts")
+
+
 def weakened(*plates, factor=0.7):
     return tuple(WeakenedPlate(kind="weakened_plate", plate=plate, factor=factor) for plate in plates)
 
@@ -166,6 +179,24 @@ def test_many_plates_that_differ_are_how_a_rig_is_made_and_go_with_the_modulus()
     pull = {"sequence": ["a"], "step": [1], "cable_1_n": [0.2]}
     turn = prb3r.solve(adjusted(here, Constants(log_stiffness=0.1), effects), pull)["angle_rad"].iloc[-1]
     assert prb3r.solve(adjusted(here, constants, ()), pull)["angle_rad"].iloc[-1] == pytest.approx(turn, rel=3e-6)
+
+
+def test_segments_all_of_which_differ_go_with_the_modulus():
+    """Two equal segments that a cable bends with one moment: their mean compliance counts."""
+    plates = recorded(Case(hidden=())).manipulator.replace("friction.coefficient", 0.0)
+    segment, cable = plates.segment[0], plates.cable[0]
+    two = {"segment": (segment, segment), "cable": (cable.model_copy(update={"ends_at_segment": 2}),)}
+    here = plates.model_copy(update=two)
+    softer = [EFFECT_KINDS["segment_stiffness"](segment=k, factor=f) for k, f in ((1, 0.2), (2, 0.3))]
+    carried, (said,) = carried_effects(softer, here, other_design())
+    assert carried == ()
+    assert said == (
+        "which segments are softer or stiffer, as every one is; that they are all in all 0.24 times as stiff goes with "
+        "Young's modulus"
+    )
+    found = [carried_constants(Constants(0.1), here, other_design(), effects) for effects in (softer, ())]
+    assert found[0].log_stiffness - found[1].log_stiffness == pytest.approx(np.log(0.24))
+    assert len(carried_effects(softer[:1], here, other_design())[1]) == 1  # against the other one: a fault of a part
 
 
 def plate_scatter_said(count, stiffness):

@@ -8,18 +8,26 @@ import numpy as np
 from prb3r.diagnosis.library.alike import same_parts
 from prb3r.diagnosis.library.hypothesis import Free
 from prb3r.diagnosis.library.scope import Place, Scope, whole_rig_if
-from prb3r.diagnosis.library.suspect import OF_THE_SETUP, Occurrence, Suspect, left_behind, rare
+from prb3r.diagnosis.library.suspect import OF_THE_SETUP, Occurrence, Suspect, effect_in_words, left_behind, rare
 from prb3r.diagnosis.library.totals import load_of_disks
 from prb3r.diagnosis.settings import Settings
 from prb3r.model.effects.base import Effect
-from prb3r.model.effects.loads import Umbilical
+from prb3r.model.effects.loads import Gravity, Umbilical
 from prb3r.model.manipulator import Manipulator
 
-OF_THE_MOUNTING = left_behind(
-    "goes with the way this rig was mounted; a design that is mounted alike needs gravity, and masses, in its file"
-)
 STEEL_N_PER_M3 = 7.8e4
 """Weight of steel by volume: 7900 kg/m^3 times 9.81 m/s^2, rounded."""
+
+
+def _of_the_mounting(effect: Effect, here: Manipulator, there: Manipulator) -> str:
+    """The reason why weight stays behind, and what the file of the design `there` needs or has in its place."""
+    falls = any(isinstance(own, Gravity) and (own.x_m_s2 or own.y_m_s2) for own in there.effect)
+    instead = (
+        "the gravity in the file of this design acts"
+        if falls
+        else "a design that is mounted alike needs gravity, and masses, in its file"
+    )
+    return f"{effect_in_words(effect)}, which goes with the way this rig was mounted; {instead}"
 
 
 def _weighs_something(settings: Settings) -> float:
@@ -175,7 +183,7 @@ LOAD_SUSPECTS = (
     Suspect(
         "gravity",
         _gravity_sentence,
-        OF_THE_MOUNTING,
+        _of_the_mounting,
         places=lambda scope: _in_any_direction("m_s2") if scope.manipulator.disk_masses.any() else (),
         free=_gravity,
         presence=_weighs_something,
@@ -183,7 +191,7 @@ LOAD_SUSPECTS = (
     Suspect(
         "self_weight",
         _self_weight_sentence,
-        OF_THE_MOUNTING,
+        _of_the_mounting,
         places=lambda scope: _in_any_direction("n") if scope.arm and not scope.manipulator.disk_masses.any() else (),
         free=_self_weight,
         presence=_weighs_something,

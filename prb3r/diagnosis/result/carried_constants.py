@@ -9,16 +9,33 @@ from prb3r.diagnosis.result.same_rig import same_geometry, stiffness_ratio
 from prb3r.diagnosis.settings import Settings
 from prb3r.model.effects.base import Effect
 from prb3r.model.effects.friction import EdgeWrap
-from prb3r.model.effects.plates import WeakenedPlate
+from prb3r.model.effects.plates import SegmentStiffness, WeakenedPlate
 from prb3r.model.manipulator import Manipulator
 
 
+def scattered(effects: Iterable[Effect], here: Manipulator, most_faults: int) -> tuple[Effect, ...]:
+    """The effects that together tell how the plates of a rig are made, and not that single parts are faulty.
+
+    They are the stiffnesses of single plates, if there are more than `most_faults`, and those of segments, if every
+    segment has one.
+    """
+    effects = tuple(effects)
+    plates = tuple(effect for effect in effects if isinstance(effect, WeakenedPlate))
+    segments = tuple(effect for effect in effects if isinstance(effect, SegmentStiffness))
+    every = {effect.segment for effect in segments} == set(range(1, len(here.segment) + 1))
+    return (*(plates if len(plates) > most_faults else ()), *(segments if every else ()))
+
+
 def plate_scatter(effects: Iterable[Effect], here: Manipulator, most_faults: int) -> np.ndarray | None:
-    """(n,) factors on the stiffness of all plates, if more than `most_faults` of them are not nominal; else None."""
-    factors = {effect.plate: effect.factor for effect in effects if isinstance(effect, WeakenedPlate)}
-    if len(factors) <= most_faults:
+    """(n,) factors on the stiffness of all plates by the effects that are :func:`scattered`; None without any."""
+    told = scattered(effects, here, most_faults)
+    if not told:
         return None
-    return np.array([factors.get(plate, 1.0) for plate in range(1, here.plates + 1)])
+    chain = here.plain_chain()
+    made = chain
+    for effect in told:
+        made = effect.change(made, here)
+    return made.stiffness[:, 0] / chain.stiffness[:, 0]
 
 
 def mean_stiffness(scatter: np.ndarray) -> float:

@@ -27,6 +27,7 @@ from prb3r.diagnosis.result.carried_constants import (
     constants_left_behind,
     mean_stiffness,
     plate_scatter,
+    scattered,
     turns_alike,
     wrap_of,
 )
@@ -38,7 +39,7 @@ from prb3r.diagnosis.result.same_rig import same_geometry
 from prb3r.diagnosis.settings import Settings
 from prb3r.model.effects.base import Effect
 from prb3r.model.effects.friction import CableFriction, WornHole
-from prb3r.model.effects.plates import NonlinearPlate, WeakenedPlate
+from prb3r.model.effects.plates import NonlinearPlate, SegmentStiffness, WeakenedPlate
 from prb3r.model.manipulator import Manipulator
 from prb3r.recording.recording import Recording
 
@@ -125,8 +126,9 @@ def other_geometry(
     effects, together = tuple(effects), tuple[str, ...]()
     scatter = plate_scatter(effects, here, most_faults)
     if scatter is not None:
-        effects = tuple(effect for effect in effects if not isinstance(effect, WeakenedPlate))
-        together = (_SCATTERED.format(np.count_nonzero(scatter != 1), mean_stiffness(scatter)),)
+        told = scattered(effects, here, most_faults)
+        effects = tuple(effect for effect in effects if effect not in told)
+        together = (_SCATTERED.format(_which_scatter(told), mean_stiffness(scatter)),)
     moved = ((effect, SUSPECTS[effect.kind].transfer(effect, here, there)) for effect in effects)
     carried, left = _possible(moved, here, there)
     return carried, (*together, *left)
@@ -201,10 +203,19 @@ def supposed(effects: Iterable[Effect]) -> list[str]:
     return ["the law of bending acts on each section as if all had one shape, as outer_fibre_m is not stated"]
 
 
-_SCATTERED = (
-    "which plates are softer or stiffer, as {} of them are too many for faults of single parts; "
-    "that they are all in all {:.3g} times as stiff goes with Young's modulus"
-)
+_SCATTERED = "which {}; that they are all in all {:.3g} times as stiff goes with Young's modulus"
+
+
+def _which_scatter(told: Iterable[Effect]) -> str:
+    """The effects that are :func:`scattered`, in words that follow "which"."""
+    plates = sum(isinstance(effect, WeakenedPlate) for effect in told)
+    segments = ["segments are softer or stiffer, as every one is"] * any(
+        isinstance(effect, SegmentStiffness) for effect in told
+    )
+    many = f"plates are softer or stiffer, as {plates} of them are too many for faults of single parts"
+    return " and which ".join([many] * bool(plates) + segments)
+
+
 """Why scattered stiffnesses of plates are left behind, with their number and their mean."""
 
 
