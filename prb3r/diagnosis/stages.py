@@ -11,7 +11,13 @@ import numpy as np
 from prb3r.diagnosis.checks.doubt import without_outliers, without_wrong_weights
 from prb3r.diagnosis.checks.repeats import scatter
 from prb3r.diagnosis.checks.set_aside import set_aside
-from prb3r.diagnosis.checks.stated_constants import contradicted, not_believed, without_statements
+from prb3r.diagnosis.checks.statements import (
+    contradicted,
+    not_believed,
+    turned_markers,
+    with_turned_markers,
+    without_statements,
+)
 from prb3r.diagnosis.fit.calibrate import fit_constants
 from prb3r.diagnosis.fit.prediction import predictor
 from prb3r.diagnosis.known import Calibrated, Doubted, Searched, Task, Tested
@@ -38,20 +44,32 @@ def to_search(task: Task, report: Report, apply: Apply) -> Searched:
 def to_test(task: Task, report: Report, apply: Apply) -> Tested:
     """The score tests of the residuals of calibration: all stages from calibration to test.
 
-    Where the readings contradict what is stated of Young's modulus or friction, and constants alone explain them
-    without it, it is not believed.  Otherwise any effect that acts like another modulus would be sure to be there.
+    Where the readings contradict what is stated of Young's modulus, friction or the angles of markers, and constants
+    alone explain them without it, it is not believed.  Otherwise any effect that acts like another modulus would be
+    sure to be there, and a rest curvature of every plate whose marker sits askew.
     """
-    tested = _as_stated_to_test(task, report, apply)
-    fields = contradicted(tested.doubted.fitted)
-    if not fields:
+    tested, recording = _as_stated_to_test(task, report, apply), task.recording
+
+    def explained_by(other: Recording) -> Tested | None:
+        """The tests with another statement of the recording; None where constants alone leave something."""
+        freed = _as_stated_to_test(replace(task, recording=other), lambda stage: None, apply)
+        return None if leaves_something(freed) else freed
+
+    calibrated, doubts = tested.doubted.fitted, tested.doubted.doubts
+    if (fields := contradicted(calibrated)) and (freed := explained_by(without_statements(recording, fields))):
+        return _with_remarks(freed, not_believed(recording, fields, freed.doubted.fitted))
+    if not leaves_something(tested) or (wide := with_turned_markers(calibrated, doubts)) is None:
         return tested
-    freed = replace(task, recording=without_statements(task.recording, fields))
-    other = _as_stated_to_test(freed, lambda stage: None, apply)
-    if leaves_something(other):
-        return tested
-    recording = other.doubted.recording
-    remarks = (*recording.remarks, *not_believed(task.recording, fields, other.doubted.fitted))
-    return replace(other, doubted=replace(other.doubted, recording=replace(recording, remarks=remarks)))
+    if freed := explained_by(replace(recording, tolerance=wide)):
+        return _with_remarks(freed, [turned_markers(recording, freed.doubted.fitted, freed.doubted.doubts)])
+    return tested
+
+
+def _with_remarks(tested: Tested, remarks: Sequence[str]) -> Tested:
+    """The tests with more remarks on the recording."""
+    doubted = tested.doubted
+    recording = replace(doubted.recording, remarks=(*doubted.recording.remarks, *remarks))
+    return replace(tested, doubted=replace(doubted, recording=recording))
 
 
 def _as_stated_to_test(task: Task, report: Report, apply: Apply) -> Tested:

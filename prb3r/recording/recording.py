@@ -65,6 +65,9 @@ class Tolerance(Strict):
     """Standard deviation of the thickness of plates, by segment and each, over the thickness."""
     marker_m: NonNegative | None = None
     """Standard deviation of a marker's place in its disk's own frame, m; absent: 1 % of the longest plate."""
+    marker_rad: NonNegative | None = None
+    """Standard deviation of the angle at which a marker sits on its disk, rad; absent: 0.005, or 0 if `marker_m` is
+    0."""
 
     def offset(self, arm: float) -> float:
         """Standard deviation of the place of a cable with an offset of `arm`, m; by itself a share of `arm`."""
@@ -79,6 +82,13 @@ class Tolerance(Strict):
         longest = max(segment.length_m for segment in segments)
         return MARKER_SHARE * longest if self.marker_m is None else self.marker_m
 
+    @property
+    def marker_turn(self) -> float:
+        """Standard deviation of the angle of a marker on its disk, rad."""
+        if self.marker_rad is None:
+            return 0.0 if self.marker_m == 0 else MARKER_TURN
+        return self.marker_rad
+
 
 class Sharing(Strict):
     """What the rig has in common with those that it is diagnosed together with."""
@@ -92,6 +102,9 @@ class Sharing(Strict):
 OWN_SHARE, MARKER_SHARE = 0.005, 0.01
 """Standard deviations where a recording states none, of offsets and lengths, and of marker places in plate lengths.
 Choice: a part made by hand, and a marker of the width of a plate's thickness put on by eye."""
+MARKER_TURN = 0.005
+"""Standard deviation of a marker's angle on its disk where a recording states none, rad.  Choice: 0.05 mm over 10 mm,
+as glued with care; of an error of twice that six single rest curvatures were told while it was taken for 0."""
 FRAME_REACH = 3.0
 """Standard deviations of the camera's frame that it may be off by: more by chance once in 370."""
 

@@ -21,6 +21,8 @@ from prb3r.recording.recording import Kind, Tolerance
 
 THICKNESS_TO_STIFFNESS = 3.0
 """Bending stiffness grows with the third power of a plate's thickness."""
+IN_M, IN_RAD = ", m", ", rad"
+"""Endings of the names of the tolerances of markers: their units."""
 TOLERANCE_STEP = 0.01
 """Step of a tolerance for central differences, in its standard deviations."""
 FLAT_PRIOR_SHARE = 1e-9
@@ -40,7 +42,7 @@ class Tolerances(NamedTuple):
     names: tuple[str, ...]
     """(t,) such as `segment.1.length_m` or `cable.2.offset_m`; in words for single plates, holes and markers."""
     sd: np.ndarray
-    """(t,) standard deviations, m; relative for stiffnesses."""
+    """(t,) standard deviations, m or rad; relative for stiffnesses."""
     moved: np.ndarray
     """(r, t) change of every reading by one standard deviation of each, m or rad."""
 
@@ -50,7 +52,7 @@ class EstimatedTolerances(NamedTuple):
 
     names: tuple[str, ...]
     value: np.ndarray
-    """(t,) posterior means, m; relative for stiffnesses."""
+    """(t,) posterior means, m or rad; relative for stiffnesses."""
     sd: np.ndarray
     """(t,) posterior standard deviations, in the same units."""
     prior_sd: np.ndarray
@@ -166,13 +168,23 @@ def _shifted(rows: np.ndarray, cable: int) -> Callable[[Chain, float], Chain]:
     return change
 
 
+def part_name(name: str) -> str:
+    """The name of a tolerance without its unit."""
+    return name.removesuffix(IN_M).removesuffix(IN_RAD)
+
+
 def _markers(predict: Predictor, solved: Solution) -> Iterator[tuple[str, float, np.ndarray]]:
-    """Name, standard deviation (m) and change (r,) of the readings by one of these, of every marker's place.
+    """Name, standard deviation (m or rad) and change (r,) of the readings by one of these, of every marker's place and
+    angle.
 
     In its disk's frame, a marker is off along the axis of the arm there ("along") or perpendicular to it ("across").
+    Bends are read without markers, as from edges of notches.
     """
     recording, states = predict.recording, solved.states
     step, disk, kind, _ = recording.readings
+    if turn := recording.tolerance.marker_turn:
+        for number in np.unique(disk[kind == Kind.ANGLE]).tolist():
+            yield f"marker {number} turned on its disk{IN_RAD}", turn, turn * ((kind == Kind.ANGLE) & (disk == number))
     sd = recording.tolerance.marker(recording.manipulator.segment)
     if not recording.readings.is_position.any() or sd == 0:
         return
@@ -186,7 +198,7 @@ def _markers(predict: Predictor, solved: Solution) -> Iterator[tuple[str, float,
         change = (ahead - behind) / (2 * PIXEL)
         seen = np.select([kind == Kind.X, kind == Kind.Y], [change[:, 0], change[:, 1]], 0.0)
         for number in np.unique(disk[recording.readings.is_position]).tolist():
-            yield f"marker {number} {way} its disk, m", sd, np.where(disk == number, seen, 0.0) * sd
+            yield f"marker {number} {way} its disk{IN_M}", sd, np.where(disk == number, seen, 0.0) * sd
 
 
 def estimated(known: Tolerances, plain: Noise, misfit: np.ndarray, moved: np.ndarray) -> EstimatedTolerances:

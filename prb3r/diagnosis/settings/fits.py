@@ -37,6 +37,11 @@ class FitsSettings:
     """Falls of ln stiffness that a fit begins from too where softer plates alone have no equilibrium.  Choice."""
     far_stated_sd: float = 3.0
     """Stated standard deviations from which on a constant contradicts what is stated of it: by chance once in 370."""
+    fewest_turned: int = 2
+    """Markers that are turned far beyond their tolerance, from which on a wider one is tried.  Choice: one alone is
+    looked at."""
+    wider_turn: float = 10.0
+    """How many times as wide that one is.  Choice: three degrees in the place of 0.3, which is seen by eye."""
     pinned_fall: float = 0.1
     """Fall of ln stiffness at which a fit without equilibrium there counts as pinned.  Choice."""
     strong_effect: float = 0.2

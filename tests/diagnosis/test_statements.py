@@ -1,14 +1,16 @@
-"""What is stated of constants is not believed where constants alone explain the readings without it."""
+"""What is stated of constants and markers is not believed where constants alone explain all without it."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from prb3r.diagnosis.known import Task
 from prb3r.diagnosis.run import diagnosis_of
 from prb3r.diagnosis.search.apply import serially
-from prb3r.diagnosis.stages import to_test
-from prb3r.recording.recording import Prior, Recording
+from prb3r.diagnosis.stages import leaves_something, to_test
+from prb3r.recording.recording import Kind, Prior, Recording, Tolerance
 from tests.diagnosis.simulated import Case, recorded
 
 TRUE_OVER_FILED = 0.8
@@ -46,6 +48,35 @@ def test_a_modulus_that_contradicts_what_is_stated_is_no_effect():
 def test_what_is_stated_is_believed_where_it_is_near_or_constants_do_not_explain_all():
     assert said(misfiled(Case(hidden=()), youngs_modulus=0.2)) == []
     assert said(misfiled(Case(), youngs_modulus=0.05)) == []  # one plate is weak
+
+
+def turned_on_disks(recording: Recording, sd: float) -> Recording:
+    """The recording with every marker turned on its disk by an angle of its own, rad."""
+    readings = recording.readings
+    turns = sd * np.random.default_rng(3).standard_normal(readings.disk.max() + 1)
+    absolute = readings.kind == Kind.ANGLE
+    return recording.with_values(readings.value + np.where(absolute, turns[readings.disk], 0.0))
+
+
+@pytest.mark.parametrize(("sd", "beyond"), [(0.005, False), (0.03, True)])
+def test_markers_that_sit_askew_are_no_bent_plates(sd, beyond):
+    recording = replace(recorded(Case(hidden=())), tolerance=Tolerance())
+    tested = to_test(Task(turned_on_disks(recording, sd)), lambda stage: None, serially)
+    assert not leaves_something(tested)
+    told = [remark for remark in tested.doubted.recording.remarks if "marker_rad" in remark]
+    assert bool(told) == beyond
+    if beyond:
+        size = float(re.findall(r"by some ([0-9.]+) degrees", told[0])[0])
+        assert size == pytest.approx(np.degrees(sd), rel=0.5)
+
+
+def test_a_bent_plate_is_no_marker_that_sits_askew():
+    """It moves the disks beyond it too."""
+    bent = {"kind": "precurvature", "plates": (2,), "curvature_per_m": 3.0}
+    recording = replace(recorded(Case(hidden=(tuple(bent.items()),))), tolerance=Tolerance())
+    tested = to_test(Task(recording), lambda stage: None, serially)
+    assert leaves_something(tested)
+    assert tested.doubted.recording.tolerance.marker_rad is None
 
 
 def test_of_friction_it_is_said_too():
