@@ -17,6 +17,7 @@ from prb3r.model.manipulator import Manipulator, load_manipulator
 from prb3r.model.solve import POSITION_COLUMNS
 from prb3r.model.step_checks import LOAD_COLUMN_FORMS, ignored_slips, is_load_column, step_problems
 from prb3r.model.steps import load_steps
+from prb3r.recording.holds import creeping
 from prb3r.recording.markers import MARKER_COLUMNS, MARKER_KEYS, marker_problems
 from prb3r.recording.plausibility import implausible
 from prb3r.recording.reading import RECORDING_FILE, load_recording
@@ -138,7 +139,8 @@ def _check_recording(path: Path) -> str:
         f"of disks {ranges(readings.disk)} of {recording.manipulator.plates}; {', '.join(exact)}, "
         f"tensions within {100 * measured.tension_sd_relative:.2g} % (standard deviations)"
     )
-    return "\n  ".join([line, *recording.remarks, *_idle_effects(recording.manipulator), *implausible(recording)])
+    doubts = [*implausible(recording), *creeping(recording)]
+    return "\n  ".join([line, *recording.remarks, *_idle_effects(recording.manipulator), *doubts])
 
 
 def _check_table(path: Path, manipulator: Manipulator | None) -> str:

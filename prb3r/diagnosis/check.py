@@ -44,6 +44,7 @@ from prb3r.diagnosis.result.rig_remarks import (
 )
 from prb3r.diagnosis.search.pool import Survivor
 from prb3r.diagnosis.search.selection import Choice
+from prb3r.recording.holds import creeping
 from prb3r.recording.plausibility import slips_the_other_way
 
 
@@ -95,6 +96,7 @@ def check(searched: Searched, blunder: Blunder | None = None) -> Investigation:
         remarks=(
             *doubted.recording.remarks,
             *slips_the_other_way(doubted.recording),
+            *creeping(doubted.recording),
             *or_a_blunder(blunder),
             *_on_the_model(choice, doubted, checks, tolerances, unexplained=bool(why)),
             *_on_the_noise(choice, doubted, fresh),

@@ -168,7 +168,7 @@ def _shifted(rows: np.ndarray, cable: int) -> Callable[[Chain, float], Chain]:
     return change
 
 
-def part_name(name: str) -> str:
+def without_unit(name: str) -> str:
     """The name of a tolerance without its unit."""
     return name.removesuffix(IN_M).removesuffix(IN_RAD)
 

@@ -13,7 +13,7 @@ from prb3r.model.effects.plates import SegmentStiffness, WeakenedPlate
 from prb3r.model.manipulator import Manipulator
 
 
-def scattered(effects: Iterable[Effect], here: Manipulator, most_faults: int) -> tuple[Effect, ...]:
+def scatter_effects(effects: Iterable[Effect], here: Manipulator, most_faults: int) -> tuple[Effect, ...]:
     """The effects that together tell how the plates of a rig are made, and not that single parts are faulty.
 
     They are the stiffnesses of single plates, if there are more than `most_faults`, and those of segments, if every
@@ -27,8 +27,8 @@ def scattered(effects: Iterable[Effect], here: Manipulator, most_faults: int) ->
 
 
 def plate_scatter(effects: Iterable[Effect], here: Manipulator, most_faults: int) -> np.ndarray | None:
-    """(n,) factors on the stiffness of all plates by the effects that are :func:`scattered`; None without any."""
-    told = scattered(effects, here, most_faults)
+    """(n,) factors on the stiffness of all plates by the effects that are :func:`scatter_effects`; None without any."""
+    told = scatter_effects(effects, here, most_faults)
     if not told:
         return None
     chain = here.plain_chain()

@@ -14,7 +14,7 @@ from prb3r.diagnosis.evidence.model_evidence import AT_BOUND
 from prb3r.diagnosis.evidence.noise_level import EstimatedLevel
 from prb3r.diagnosis.evidence.outliers import Doubts, NotedWeight
 from prb3r.diagnosis.fit.model import Fit
-from prb3r.diagnosis.fit.tolerance import IN_RAD, EstimatedTolerances, part_name
+from prb3r.diagnosis.fit.tolerance import IN_RAD, EstimatedTolerances, without_unit
 from prb3r.diagnosis.settings import Settings
 from prb3r.model.effects.plates import DiskContact
 from prb3r.model.files.cells import count
@@ -151,7 +151,7 @@ def misplaced_marker(calibrated: Fit, doubts: Doubts) -> list[str]:
     turned = name.endswith(IN_RAD)
     size = f"{180 / np.pi * value:.2g} degrees" if turned else f"{1e3 * value:.2g} mm"
     return [
-        f"if nothing but constants were at work, {part_name(name)} would be off by {size}, {far:.0f} times its "
+        f"if nothing but constants were at work, {without_unit(name)} would be off by {size}, {far:.0f} times its "
         "tolerance, and no other marker nearly as far: look at it; if it sits so, state "
         f"{'marker_rad' if turned else 'marker_m'} under [tolerance], or leave its readings out, and diagnose again"
     ]
@@ -161,7 +161,7 @@ def beyond_tolerance(told: EstimatedTolerances, settings: Settings) -> list[str]
     """A remark on the parts of the rig that are beyond their tolerance, the farthest first."""
     far = np.abs(told.value) / told.prior_sd
     order = [k for k in np.argsort(-far).tolist() if far[k] > settings.far_tolerance_sd]
-    parts = [f"{part_name(told.names[k])} by {far[k]:.1f} times its tolerance" for k in order]
+    parts = [f"{without_unit(told.names[k])} by {far[k]:.1f} times its tolerance" for k in order]
     if not parts:
         return []
     more = f" and {len(parts) - PARTS_NAMED} more" if len(parts) > PARTS_NAMED else ""
@@ -184,7 +184,7 @@ def off_as_drawn(fresh: Unseen | None, fitted: Fit, reported: Fit) -> list[str]:
         factor, unit = 180 / np.pi, "degrees"
     if drawn is None or made is None or noise is None or drawn**2 - made**2 <= noise**2:
         return []
-    said = f"{factor * drawn:.3g} {unit} with all as drawn; no part does more of that than {part_name(part)}"
+    said = f"{factor * drawn:.3g} {unit} with all as drawn; no part does more of that than {without_unit(part)}"
     return [
         f"what was set aside is predicted to {factor * made:.3g} {unit} with the parts of the rig as the other "
         f"sequences tell them, and to {said}: measure it"

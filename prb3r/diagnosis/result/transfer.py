@@ -27,7 +27,7 @@ from prb3r.diagnosis.result.carried_constants import (
     constants_left_behind,
     mean_stiffness,
     plate_scatter,
-    scattered,
+    scatter_effects,
     turns_alike,
     wrap_of,
 )
@@ -126,7 +126,7 @@ def other_geometry(
     effects, together = tuple(effects), tuple[str, ...]()
     scatter = plate_scatter(effects, here, most_faults)
     if scatter is not None:
-        told = scattered(effects, here, most_faults)
+        told = scatter_effects(effects, here, most_faults)
         effects = tuple(effect for effect in effects if effect not in told)
         together = (_SCATTERED.format(_which_scatter(told), mean_stiffness(scatter)),)
     moved = ((effect, SUSPECTS[effect.kind].transfer(effect, here, there)) for effect in effects)
@@ -207,7 +207,7 @@ _SCATTERED = "which {}; that they are all in all {:.3g} times as stiff goes with
 
 
 def _which_scatter(told: Iterable[Effect]) -> str:
-    """The effects that are :func:`scattered`, in words that follow "which"."""
+    """The effects that are :func:`scatter_effects`, in words that follow "which"."""
     plates = sum(isinstance(effect, WeakenedPlate) for effect in told)
     segments = ["segments are softer or stiffer, as every one is"] * any(
         isinstance(effect, SegmentStiffness) for effect in told
@@ -216,7 +216,7 @@ def _which_scatter(told: Iterable[Effect]) -> str:
     return " and which ".join([many] * bool(plates) + segments)
 
 
-"""Why scattered stiffnesses of plates are left behind, with their number and their mean."""
+"""Why scatter_effects stiffnesses of plates are left behind, with their number and their mean."""
 
 
 def _in_frame(predict: Predictor, noise: Noise, constants: Constants, effects: Sequence[Effect]) -> np.ndarray:

@@ -6,7 +6,7 @@ Tables and sentences for the report.
 import re
 from collections.abc import Iterator
 
-from prb3r.diagnosis.fit.tolerance import IN_M, IN_RAD, part_name
+from prb3r.diagnosis.fit.tolerance import IN_M, IN_RAD, without_unit
 from prb3r.diagnosis.result.answer import sureness
 from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.diagnosis.result.transfer import other_geometry
@@ -98,7 +98,7 @@ def _tolerance_in_words(name: str) -> tuple[str, str]:
     """The words of a tolerance's name, and a column name that has its unit; empty if the tolerance is relative."""
     for unit, column in ((IN_M, "length_m"), (IN_RAD, "angle_rad")):
         if name.endswith(unit):
-            return part_name(name), column
+            return without_unit(name), column
     ending = unit_ending(name)
     what = name.removesuffix(ending) if ending else name
     return re.sub(r"[._]", " ", what), f"value{ending}" if ending else ""
