@@ -27,7 +27,7 @@ def scatter_effects(effects: Iterable[Effect], here: Manipulator, most_faults: i
 
 
 def plate_scatter(effects: Iterable[Effect], here: Manipulator, most_faults: int) -> np.ndarray | None:
-    """(n,) factors on the stiffness of all plates by the effects that are :func:`scatter_effects`; None without any."""
+    """(n,) factors on the stiffness of all plates by the :func:`scatter_effects`; None without any."""
     told = scatter_effects(effects, here, most_faults)
     if not told:
         return None

@@ -207,7 +207,7 @@ _SCATTERED = "which {}; that they are all in all {:.3g} times as stiff goes with
 
 
 def _which_scatter(told: Iterable[Effect]) -> str:
-    """The effects that are :func:`scatter_effects`, in words that follow "which"."""
+    """The :func:`scatter_effects`, in words that follow "which"."""
     plates = sum(isinstance(effect, WeakenedPlate) for effect in told)
     segments = ["segments are softer or stiffer, as every one is"] * any(
         isinstance(effect, SegmentStiffness) for effect in told
@@ -216,7 +216,7 @@ def _which_scatter(told: Iterable[Effect]) -> str:
     return " and which ".join([many] * bool(plates) + segments)
 
 
-"""Why scatter_effects stiffnesses of plates are left behind, with their number and their mean."""
+"""Why scattered stiffnesses of plates are left behind, with their number and their mean."""
 
 
 def _in_frame(predict: Predictor, noise: Noise, constants: Constants, effects: Sequence[Effect]) -> np.ndarray:
