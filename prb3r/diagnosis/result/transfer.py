@@ -204,6 +204,7 @@ def supposed(effects: Iterable[Effect]) -> list[str]:
 
 
 _SCATTERED = "which {}; that they are all in all {:.3g} times as stiff goes with Young's modulus"
+"""Why scattered stiffnesses are left behind, with what scatters (:func:`_which_scatter`) and their mean."""
 
 
 def _which_scatter(told: Iterable[Effect]) -> str:
@@ -214,9 +215,6 @@ def _which_scatter(told: Iterable[Effect]) -> str:
     )
     many = f"plates are softer or stiffer, as {plates} of them are too many for faults of single parts"
     return " and which ".join([many] * bool(plates) + segments)
-
-
-"""Why scattered stiffnesses of plates are left behind, with their number and their mean."""
 
 
 def _in_frame(predict: Predictor, noise: Noise, constants: Constants, effects: Sequence[Effect]) -> np.ndarray:
