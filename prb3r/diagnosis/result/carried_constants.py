@@ -44,6 +44,13 @@ def mean_stiffness(scatter: np.ndarray) -> float:
     return float(1 / np.mean(1 / scatter))
 
 
+def log_of_scatter(effects: Iterable[Effect], here: Manipulator, most_faults: int = Settings.most_faults) -> float:
+    """ln of the mean stiffness by the :func:`scatter_effects`, which goes with Young's modulus where these stay behind;
+    0 without any."""
+    scatter = plate_scatter(effects, here, most_faults)
+    return 0.0 if scatter is None else float(np.log(mean_stiffness(scatter)))
+
+
 def carried_constants(
     constants: Constants,
     here: Manipulator,
@@ -62,9 +69,8 @@ def carried_constants(
         stiffness += np.log(stiffness_ratio(here, there))  # it is as stiff as it was, whatever its file states
     elif any(segment.bending_stiffness_n_m2 is None for rig in (here, there) for segment in rig.segment):
         stiffness += np.log(here.youngs_modulus_pa / there.youngs_modulus_pa)  # stated stiffnesses go by themselves
-    scatter = None if one_rig else plate_scatter(effects, here, most_faults)
-    if scatter is not None:
-        stiffness += np.log(mean_stiffness(scatter))
+    if not one_rig:
+        stiffness += log_of_scatter(effects, here, most_faults)
     friction = 0.0
     if here.friction.coefficient > 0 and not constants_left_behind(here, there, effects):
         friction = constants.log_friction + np.log(here.friction.coefficient / there.friction.coefficient)

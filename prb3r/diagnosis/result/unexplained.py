@@ -5,9 +5,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from prb3r.diagnosis.checks.heldout import compared
+from prb3r.diagnosis.fit.constants import Constants
 from prb3r.diagnosis.fit.covariance import Noise, reading_sd
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.fit.prediction import Predictor, Solution
+from prb3r.diagnosis.result.carried_constants import log_of_scatter
 from prb3r.diagnosis.result.discrepancy import Discrepancy, from_straight
 from prb3r.diagnosis.result.investigation import Investigation
 from prb3r.diagnosis.result.transfer import other_geometry
@@ -18,30 +20,35 @@ from prb3r.recording.recording import Kind
 def best_of_rig(investigation: Investigation) -> tuple[Fit, Discrepancy | None]:
     """The model on which predictions for the recorded rig rest, with its discrepancy: the reported one, or constants
     alone if they predict the held-out readings as well."""
-    return _best(investigation, investigation.reported.effects)
+    return _best(investigation, investigation.reported.constants, investigation.reported.effects)
 
 
 def best_elsewhere(investigation: Investigation) -> tuple[Fit, Discrepancy | None]:
     """As :func:`best_of_rig`, for designs of another geometry.  There the effects that do not carry over are missing:
-    the reported model is held against the readings without them.
+    the reported model is held against the readings without them, with a modulus as it carries over.
 
     In an unexplained recording faults of single parts may balance effects that do carry over, which are of no use then.
     """
-    nominal = investigation.recording.manipulator
-    return _best(investigation, other_geometry(investigation.reported.effects, nominal, nominal)[0])
+    nominal, reported = investigation.recording.manipulator, investigation.reported
+    constants = reported.constants
+    stiffness = constants.log_stiffness + log_of_scatter(reported.effects, nominal)
+    carried = constants._replace(log_stiffness=stiffness)
+    return _best(investigation, carried, other_geometry(reported.effects, nominal, nominal)[0])
 
 
-def _best(investigation: Investigation, effects: Sequence[Effect]) -> tuple[Fit, Discrepancy | None]:
-    """The reported model if it predicts better with `effects` in the place of its own than constants alone do, else
-    these; with its discrepancy."""
+def _best(
+    investigation: Investigation, constants: Constants, effects: Sequence[Effect]
+) -> tuple[Fit, Discrepancy | None]:
+    """The reported model if it predicts better with `constants` and `effects` in the place of its own than constants
+    alone do, else these; with its discrepancy."""
     reported, alone = investigation.reported, investigation.refitted
     (predict, noise), *_ = parts = _recorded(investigation)
-    before, after = predict.solve(alone.constants, alone.effects), predict.solve(reported.constants, effects)
+    before, after = predict.solve(alone.constants, alone.effects), predict.solve(constants, effects)
     errors = compared(predict, noise, before.readings, after.readings)
     lost = np.isnan(after.readings).sum() > np.isnan(before.readings).sum()
     if lost or errors.chi2_explained >= errors.chi2_calibrated:
-        return alone, _discrepancy(parts, alone, alone.effects)
-    return reported, _discrepancy(parts, reported, effects)
+        return alone, _discrepancy(parts, alone.constants, alone.effects)
+    return reported, _discrepancy(parts, constants, effects)
 
 
 def _recorded(investigation: Investigation) -> list[tuple[Predictor, Noise]]:
@@ -52,11 +59,11 @@ def _recorded(investigation: Investigation) -> list[tuple[Predictor, Noise]]:
 
 
 def _discrepancy(
-    parts: Sequence[tuple[Predictor, Noise]], fitted: Fit, effects: Sequence[Effect]
+    parts: Sequence[tuple[Predictor, Noise]], constants: Constants, effects: Sequence[Effect]
 ) -> Discrepancy | None:
-    """The discrepancy of a model with `effects` in the place of its own: the largest of all parts of the recording, of
-    positions and of angles; None where nothing was read that moves."""
-    solutions = [(predict.solve(fitted.constants, effects), predict, noise.believed) for predict, noise in parts]
+    """The discrepancy of a model: the largest of all parts of the recording, of positions and of angles; None where
+    nothing was read that moves."""
+    solutions = [(predict.solve(constants, effects), predict, noise.believed) for predict, noise in parts]
     shares = [share for solution in solutions for share in _shares(*solution)]
     return Discrepancy(share=max(shares)) if shares else None
 
