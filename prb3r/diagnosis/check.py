@@ -15,6 +15,7 @@ from prb3r.diagnosis.fit.calibrate import as_drawn, constants_as_drawn
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.fit.tolerance import EstimatedTolerances
 from prb3r.diagnosis.known import Doubted, Searched
+from prb3r.diagnosis.result.constant_remarks import far_constants, far_frame
 from prb3r.diagnosis.result.investigation import Investigation
 from prb3r.diagnosis.result.named import is_felt, named_effect, separations, surviving
 from prb3r.diagnosis.result.remarks import (
@@ -37,7 +38,6 @@ from prb3r.diagnosis.result.rig_remarks import (
     noisy,
     off_as_drawn,
     scattered,
-    strained,
     uneven_plates,
     weighed,
     wrong_weights,
@@ -98,6 +98,8 @@ def check(searched: Searched, blunder: Blunder | None = None) -> Investigation:
             *slips_the_other_way(doubted.recording),
             *creeping(doubted.recording),
             *or_a_blunder(blunder),
+            *far_constants(reported),
+            *far_frame(reported),
             *_on_the_model(choice, doubted, checks, tolerances, unexplained=bool(why)),
             *_on_the_noise(choice, doubted, fresh),
             *(off_as_drawn(fresh, choice.fitted, reported) if not failed else ()),
@@ -161,7 +163,6 @@ def _on_the_model(
     """Remarks on the chosen model, on its rivals and on the parts of the rig."""
     settings = doubted.task.settings
     return (
-        *strained(choice.fitted),
         *at_bounds(choice.fitted),
         *far_rims(choice.fitted),
         *found_before(doubted.search.assumed, choice),

@@ -1,4 +1,4 @@
-"""Remarks of a diagnosis on the rig and its readings: noise, parts, constants, and weights that were not believed.
+"""Remarks of a diagnosis on the rig and its readings: noise, parts, and weights that were not believed.
 
 Each function returns sentences, and none where there is nothing to remark.
 """
@@ -22,16 +22,6 @@ from prb3r.recording.recording import Recording
 
 PARTS_NAMED = 3
 """Largest number of parts beyond their tolerance that a remark names."""
-
-
-CONSTANT_NAMES = {
-    "log_stiffness": "Young's modulus",
-    "log_friction": "the friction coefficient",
-    "rotation": "the camera's rotation",
-    "x": "the camera's shift along x",
-    "y": "the camera's shift along y",
-}
-"""Constants of a fit in words."""
 
 
 def scattered(repeated: Scatter | None) -> list[str]:
@@ -79,22 +69,6 @@ def below_stated(share: float) -> list[str]:
         f"what is left does not look like noise, but is only {share:.2g} times what is stated of readings and "
         "tensions: within their accuracy, if that is stated rightly"
     ]
-
-
-def strained(fitted: Fit) -> list[str]:
-    """Constants that end on their bounds, or far from their prior in units of its standard deviation."""
-    model, remarks = fitted.model, []
-    for name, value, sd in zip(model.varied, fitted.p, model.priors, strict=False):
-        text, far = CONSTANT_NAMES[name], abs(value) / sd
-        ended = f"{np.exp(value):.3g} times the nominal one" if name.startswith("log") else f"{value:.3g}"
-        low, high = model.widest.get(name, (-np.inf, np.inf))
-        if not low + AT_BOUND < value < high - AT_BOUND:
-            remarks.append(f"{text} ends at {ended}, as far off as is allowed: something else is wrong")
-        elif far > model.settings.strained_sd:
-            remarks.append(
-                f"{text} ends at {ended}, {far:.0f} standard deviations from what the recording states of it"
-            )
-    return remarks
 
 
 def at_bounds(fitted: Fit) -> list[str]:

@@ -42,7 +42,8 @@ class BlundersSettings:
     """Steps of such a first fit at most.  Choice, for time: the misfits of these recordings sum to 753 without it, 675
     after 3 steps, 651 after 4 and 646 after 6."""
     strained_sd: float = 4.0
-    """Standard deviations of its prior from which on a constant is remarked upon: by chance once in 16,000."""
+    """Standard deviations of its prior from which on a single marker, or a size that was found before, is remarked
+    upon: by chance once in 16,000."""
     blunder_fall: float = 10.0
     """Fall of the mean square from which on a blunder is said although effects do not explain the rest.  Choice: an
     order of magnitude."""
