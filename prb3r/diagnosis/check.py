@@ -15,7 +15,7 @@ from prb3r.diagnosis.fit.calibrate import as_drawn, constants_as_drawn
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.fit.tolerance import EstimatedTolerances
 from prb3r.diagnosis.known import Doubted, Searched
-from prb3r.diagnosis.result.constant_remarks import far_constants, far_frame
+from prb3r.diagnosis.result.constant_remarks import far_constants, far_frame, frame_that_was_taken
 from prb3r.diagnosis.result.investigation import Investigation
 from prb3r.diagnosis.result.named import is_felt, named_effect, separations, surviving
 from prb3r.diagnosis.result.remarks import (
@@ -99,7 +99,8 @@ def check(searched: Searched, blunder: Blunder | None = None) -> Investigation:
             *creeping(doubted.recording),
             *or_a_blunder(blunder),
             *far_constants(reported),
-            *far_frame(reported),
+            *frame_that_was_taken(reported, doubted.task.frame_taken),
+            *far_frame(reported, doubted.task.frame_taken),
             *_on_the_model(choice, doubted, checks, tolerances, unexplained=bool(why)),
             *_on_the_noise(choice, doubted, fresh),
             *(off_as_drawn(fresh, choice.fitted, reported) if not failed else ()),

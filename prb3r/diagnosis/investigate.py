@@ -27,6 +27,7 @@ from prb3r.diagnosis.stages import (
     coarsened_if_unexplained,
     doubt,
     fitted_part,
+    framed,
     leaves_something,
     search,
     to_search,
@@ -58,6 +59,7 @@ def investigate(task: Task, report: Report = lambda stage: None, apply: Apply = 
         If nothing near the nominal manipulator is in balance under the recorded loads.
     """
     report("set-up")
+    task = framed(task)
     try:
         searched, blunders, rival, mended = without_blunders(task, report, apply)
     except OutOfBalance as error:

@@ -23,6 +23,9 @@ class Task:
     diagnosis."""
     without: frozenset[str] = frozenset()
     """Kinds of effects that are not considered."""
+    frame_taken: tuple[str, ...] = ()
+    """Lines on the camera's frame that `recording.toml` lacks, as they are taken in `recording`, since a rigid motion
+    removes most of what constants leave; mostly none."""
     hold_out: bool = True
     """Whether sequences are set aside; False where the diagnosis is judged on other recordings instead."""
     settings: Settings = Settings()

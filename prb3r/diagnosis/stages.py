@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from prb3r.diagnosis.checks.doubt import without_outliers, without_wrong_weights
+from prb3r.diagnosis.checks.frame import frame_taken, with_frame
 from prb3r.diagnosis.checks.repeats import scatter
 from prb3r.diagnosis.checks.set_aside import set_aside
 from prb3r.diagnosis.checks.statements import (
@@ -32,6 +33,16 @@ from prb3r.recording.recording import Recording
 
 Report = Callable[[str], None]
 """Called with the name of each stage as it begins."""
+
+
+def framed(task: Task) -> Task:
+    """The task with the camera's frame to be fitted, where its recording does not state how exactly that is known and a
+    rigid motion removes most of what constants leave (`frame_taken`); else the task itself."""
+    taken = frame_taken(task.recording, task.settings)
+    if not taken:
+        return task
+    lines = tuple(f"{name} = {sd:g}" for name, sd in taken.items())
+    return replace(task, recording=with_frame(task.recording, taken), frame_taken=lines)
 
 
 def to_search(task: Task, report: Report, apply: Apply) -> Searched:

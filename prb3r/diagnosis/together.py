@@ -17,7 +17,7 @@ from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.diagnosis.result.tell import tell
 from prb3r.diagnosis.search.apply import Apply, serially
 from prb3r.diagnosis.search.together import Alone, choose_together
-from prb3r.diagnosis.stages import Report, coarsened_if_unexplained
+from prb3r.diagnosis.stages import Report, coarsened_if_unexplained, framed
 from prb3r.errors import Problem, RecordingError
 from prb3r.markdown import listed, quoted
 
@@ -91,6 +91,6 @@ def _alone(task: Task, report: Report, apply: Apply) -> SetUp:
     name = task.recording.name
     report(f"set-up of {name}")
     try:
-        return without_blunders(task, lambda stage: report(f"{stage} of {name}"), apply)
+        return without_blunders(framed(task), lambda stage: report(f"{stage} of {name}"), apply)
     except OutOfBalance as error:
         raise RecordingError(Problem(name, str(error))) from None

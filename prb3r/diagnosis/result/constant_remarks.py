@@ -3,6 +3,7 @@
 Each function returns sentences, and none where there is nothing to remark.
 """
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -23,18 +24,38 @@ FRAME_COORDINATES = {
 """Coordinates of the camera's frame in words, where a recording states how exactly each is known, and its unit."""
 
 
-def far_frame(fitted: Fit) -> list[str]:
-    """Coordinates of the camera's frame that end far from zero, in standard deviations as stated, a sentence each."""
+def far_frame(fitted: Fit, taken: Sequence[str] = ()) -> list[str]:
+    """Coordinates of the camera's frame that end far from zero, in standard deviations as stated, a sentence each;
+    `taken`: lines of `recording.toml` that are not stated."""
     model, remarks = fitted.model, []
     for name, value, sd in zip(model.varied, fitted.p, model.priors, strict=False):
-        if name in FRAME and abs(value) > model.settings.far_frame_sd * sd:
-            text, line, unit = FRAME_COORDINATES[name]
+        if name not in FRAME or abs(value) <= model.settings.far_frame_sd * sd:
+            continue
+        text, line, unit = FRAME_COORDINATES[name]
+        if not any(each.startswith(line) for each in taken):
             remarks.append(
                 f"{text} ends at {value:.3g} {unit}, {abs(value) / sd:.1f} standard deviations from zero, where the "
                 f"recording states {line} = {sd:g}: look at the camera's axes and origin; if they are right, the frame "
                 "has taken up something of the rig, such as a bent base or plates that are bent before any load"
             )
     return remarks
+
+
+def frame_that_was_taken(fitted: Fit, lines: Sequence[str]) -> list[str]:
+    """A sentence on the frame that was fitted though the recording does not state it, with the `lines` to write; none
+    without lines."""
+    if not lines:
+        return []
+    frame = fitted.constants
+    moved = f"a turn by {frame.rotation:.2g} rad"
+    if "x" in fitted.model.varied:
+        moved += f" and a shift by {1e3 * frame.x:.2g} mm along x and {1e3 * frame.y:.2g} mm along y"
+    return [
+        "how exactly the camera's frame is known is not stated, and a rigid motion alone removes most of what "
+        f"constants leave: it is fitted, {moved}. Write into recording.toml, under [measurement], "
+        f"{' and '.join(lines)}, as taken here, or what you know; 0 if the frame is known, since it may have taken up "
+        "something of the rig, such as a bent base"
+    ]
 
 
 def far_constants(fitted: Fit) -> list[str]:

@@ -44,6 +44,14 @@ class BlundersSettings:
     strained_sd: float = 4.0
     """Standard deviations of its prior from which on a single marker, or a size that was found before, is remarked
     upon: by chance once in 16,000."""
+    frame_rotation: float = 0.05
+    """Standard deviation of the camera's rotation where none is stated and a rigid motion removes most of a misfit,
+    rad: three degrees.  Choice: a camera that was set up by eye."""
+    frame_shift: float = 0.05
+    """The same of its origin, as a share of the arm's length.  Choice: a base that is as thick as a plate is long."""
+    frame_share: float = 0.75
+    """Share of what constants leave beyond noise that counts as most of it.  Choice: of simulated arms whose frame was
+    right a motion took at most 0.65 of what missing physics left; of one with its origin 6 mm off it took all."""
     blunder_fall: float = 10.0
     """Fall of the mean square from which on a blunder is said although effects do not explain the rest.  Choice: an
     order of magnitude."""
