@@ -12,6 +12,7 @@ from prb3r.diagnosis.fit.calibrate import fit_constants
 from prb3r.diagnosis.fit.covariance import NoiseLevel, noise_of, reading_sd
 from prb3r.diagnosis.fit.prediction import predictor
 from prb3r.diagnosis.fit.response import tension_response
+from prb3r.diagnosis.result.rig_remarks import noisy
 from prb3r.diagnosis.settings import Settings
 from prb3r.recording.recording import Recording
 from tests.diagnosis.simulated import recorded
@@ -41,12 +42,25 @@ def test_both_scales_are_found_and_their_intervals_cover(reading, tension):
     assert np.mean(covered) > 0.85
 
 
+def test_a_scatter_beyond_what_is_considered_is_told_as_at_least_so_much():
+    """Factors up to 4.06 are considered; of tensions that scatter 6.7 times as much as stated the least is told."""
+    recording = recorded()
+    believed = np.ones(recording.readings.count)
+    far = noise_level(recording, *drawn(recording, 1.0, 6.7, 0), believed, Settings())
+    assert far.tension.open == (False, True)
+    (said,) = [remark for remark in noisy(far, Settings()) if "tensions" in remark]
+    assert said.startswith(f"the scatter of the tensions is at least {far.tension.low:.2g} times the stated one: state")
+    within = noise_level(recording, *drawn(recording, 1.0, 2.0, 0), believed, Settings())
+    assert within.tension.open == (False, False)
+    assert within.tension.text == f"{within.tension.value:.2g}"
+
+
 def test_tensions_that_are_stated_exact_are_taken_as_exact():
     recording = recorded()
     misfit, around = drawn(recording, 1.0, 0.0, 0)
     exact = around._replace(tensions=np.zeros((recording.readings.count, 0)))
     level = noise_level(recording, misfit, exact, np.ones(len(misfit)), Settings())
-    assert level.tension == (1.0, 1.0, 1.0)
+    assert level.tension[:3] == (1.0, 1.0, 1.0)
     assert level.level.tension == 1.0
 
 

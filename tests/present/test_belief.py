@@ -108,6 +108,15 @@ def test_noise_is_told_with_its_interval_and_what_disks_share(common, reach, sai
     )
 
 
+@pytest.mark.parametrize(
+    ("ends", "said"),
+    [((False, False), "3.9 times as much as was stated (3.4 to 4)"), ((False, True), "at least 3.4 times as much as")],
+)
+def test_a_scatter_of_tensions_at_the_end_of_what_is_considered_is_told_as_the_least(ends, said):
+    noise = NoiseFound(1.0, 1.0, 1.0, 0.0, np.inf, 3.9, 3.4, 4.0, 0.0, 0.0, np.inf, ends)
+    assert f"The tensions scatter {said}" in belief.noise_sentence(told(noise=noise))
+
+
 def test_tolerances_stand_farthest_first_and_those_beyond_three_deviations_are_bold():
     sds = [0.5, 4.0, 1.0, 0.2, 0.1, 0.3, 2.0]
     found = [ToleranceFound(f"cable.{k}.offset_m", k_sd * 1e-4, 0.0, 6e-4, 1e-4) for k, k_sd in enumerate(sds)]

@@ -54,7 +54,7 @@ def why_unexplained(
     ]:
         if np.log(scale.low) > normal_critical(settings.naming_rate / 2) * sd:
             return (
-                f"the {name} would have to be {scale.value:.2g} times as large as stated: either it is, and should be "
+                f"the {name} would have to be {scale.text} times as large as stated: either it is, and should be "
                 "stated so, or something disturbs the readings that no effect of the library accounts for"
             )
     if failed:

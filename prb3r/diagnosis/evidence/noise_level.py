@@ -21,7 +21,7 @@ import numpy as np
 import scipy
 from scipy.special import logsumexp
 
-from prb3r.diagnosis.confidence import TAIL
+from prb3r.diagnosis.confidence import INTERVAL_RISE, TAIL
 from prb3r.diagnosis.fit.covariance import AS_STATED, NoiseLevel, correlation_root, reading_sd
 from prb3r.diagnosis.settings import Settings
 from prb3r.recording.recording import Recording
@@ -48,6 +48,15 @@ class EstimatedScale(NamedTuple):
     value: float
     low: float
     high: float
+    open: tuple[bool, bool] = (False, False)
+    """Whether the ends are those of the factors that are considered, beyond which the interval would go on."""
+
+    @property
+    def text(self) -> str:
+        """The factor in words; of an interval that goes on beyond what is considered only its other end is told."""
+        if self.open[1]:
+            return f"at least {self.low:.2g}"
+        return f"at most {self.high:.2g}" if self.open[0] else f"{self.value:.2g}"
 
 
 @dataclass(frozen=True)
@@ -167,12 +176,16 @@ def _finer(logs: np.ndarray, log_density: np.ndarray, times: int) -> tuple[np.nd
 
 
 def _scale(logs: np.ndarray, log_density: np.ndarray) -> EstimatedScale:
-    """The estimate of a factor from the log density of its ln on an even grid."""
+    """The estimate of a factor from the log density of its ln on an even grid.
+
+    An end is open where the density has not fallen to that at the end of a 95 % interval of a normal distribution.
+    """
     weight = np.exp(log_density - log_density.max())
+    below, above = (bool(2 * np.log(end) > -INTERVAL_RISE) for end in np.maximum(weight[[0, -1]], np.finfo(float).tiny))
     share = np.cumsum(weight) / weight.sum()
     low, high = (float(np.exp(np.interp(part, share, logs))) for part in (TAIL, 1 - TAIL))
     best = float(np.exp(np.sum(weight * logs) / weight.sum()))
-    return EstimatedScale(best, min(low, best), max(high, best))
+    return EstimatedScale(best, min(low, best), max(high, best), (below, above))
 
 
 class _Products(NamedTuple):

@@ -59,6 +59,13 @@ class NoiseFound(NamedTuple):
     another."""
     span: float
     """Steps over which that share is common, correlated as exp(-distance / span)."""
+    tension_open: tuple[bool, bool] = (False, False)
+    """Whether the ends of the interval of `tension_scale` are those of what was considered, beyond which it goes on."""
+
+    @property
+    def record(self) -> dict[str, float]:
+        """All values by name, as files have them."""
+        return {name: value for name, value in self._asdict().items() if name != "tension_open"}
 
 
 class SurvivingModel(NamedTuple):

@@ -111,7 +111,7 @@ def as_json(diagnosis: Diagnosis) -> dict[str, Any]:
             "reduced_chi2_nominal": chi2.nominal,
             "reduced_chi2_calibrated": chi2.calibrated,
             "reduced_chi2_explained": chi2.explained,
-            **diagnosis.noise._asdict(),
+            **diagnosis.noise.record,
         },
         "calibration": {name: constant.record for name, constant in diagnosis.constants.items()}
         | {"frame": diagnosis.frame._asdict()},

@@ -44,9 +44,11 @@ def noisy(estimate: EstimatedLevel, settings: Settings) -> list[str]:
     ]:
         if not scale.low <= 1 <= scale.high:
             far = abs(np.log(scale.value)) > settings.far_noise
+            within = "" if any(scale.open) else f" ({scale.low:.2g} to {scale.high:.2g})"
+            so = "more" if scale.open[1] else "less" if scale.open[0] else "it so"
             remarks.append(
-                f"the {name} is {scale.value:.2g} times the stated one ({scale.low:.2g} to {scale.high:.2g})"
-                + (": state it so" if far else "")
+                f"the {name} is {scale.text} times the stated one{within}"
+                + (f": state {so}" if far else "")
                 + (f", or look for what disturbs {disturbed}" if far and scale.value > 1 else "")
             )
     if level.common:

@@ -153,7 +153,16 @@ def _constant(nominal: float, name: str, investigation: Investigation) -> Calibr
 
 def _noise(investigation: Investigation) -> NoiseFound:
     level, reading, tension = (levels := investigation.choice.level).level, levels.reading, levels.tension
-    return NoiseFound(*reading, level.common, level.reach, *tension, level.lasting, level.serial, level.span)
+    return NoiseFound(
+        *reading[:3],
+        level.common,
+        level.reach,
+        *tension[:3],
+        level.lasting,
+        level.serial,
+        level.span,
+        tension.open,
+    )
 
 
 def _tolerances(estimates: EstimatedTolerances) -> tuple[ToleranceFound, ...]:

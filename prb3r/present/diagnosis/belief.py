@@ -60,10 +60,11 @@ def noise_sentence(diagnosis: Diagnosis) -> str:
         f"({say.rounded(noise.scale_low)} to {say.rounded(noise.scale_high)}); all judgements rest on that scatter."
     )
     if noise.tension_scale != 1:
-        text += (
-            f" The tensions scatter {say.rounded(noise.tension_scale)} times as much as was stated "
-            f"({say.rounded(noise.tension_scale_low)} to {say.rounded(noise.tension_scale_high)})."
-        )
+        low, high = say.rounded(noise.tension_scale_low), say.rounded(noise.tension_scale_high)
+        below, above = noise.tension_open
+        size = f"at least {low}" if above else f"at most {high}" if below else say.rounded(noise.tension_scale)
+        text += f" The tensions scatter {size} times as much as was stated"
+        text += "." if below or above else f" ({low} to {high})."
     if noise.common:
         whole = noise.reach >= diagnosis.nominal.plates
         over = "the whole photograph has" if whole else f"disks less than about {noise.reach:.0f} apart have"
