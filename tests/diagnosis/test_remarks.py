@@ -30,7 +30,7 @@ from prb3r.diagnosis.search.pool import Survivor
 from prb3r.diagnosis.search.selection import simplest
 from prb3r.diagnosis.settings import Settings
 from prb3r.diagnosis.stages import calibrate, doubt, to_search
-from prb3r.model.effects.plates import DiskContact, WeakenedPlate
+from prb3r.model.effects.plates import DiskContact, StiffnessGradient, WeakenedPlate
 from prb3r.recording.recording import Kind, Tolerance
 
 SAID = "the most probable model has 1 effect, as many as are sought"
@@ -55,15 +55,32 @@ def test_disks_that_could_touch_only_with_rims_far_outside_their_holes_are_doubt
     assert all("rims 89.1 mm from the axis, where the farthest hole lies at 25.5 mm" in remark for remark in remarks)
 
 
-@pytest.mark.parametrize(("tolerance", "asked"), [(Tolerance(), True), (Tolerance(thickness_relative=0.005), False)])
-def test_where_plates_differ_it_is_asked_how_exactly_they_are_made(tolerance, asked):
-    made = replace(recorded(), tolerance=tolerance)
-    calibrated = to_search(Task(made), lambda stage: None, serially).choice.calibrated
-    uneven = (WeakenedPlate(kind="weakened_plate", plate=2, factor=0.8),)
-    remarks = uneven_plates(replace(calibrated, solved=replace(calibrated.solved, effects=uneven)))
+WEAK = [WeakenedPlate(kind="weakened_plate", plate=plate, factor=0.8) for plate in (2, 5)]
+TAPERED = StiffnessGradient(kind="stiffness_gradient", tip_to_base=1.3)
+
+
+@pytest.mark.parametrize(
+    ("tolerance", "named", "asked"),
+    [
+        (Tolerance(), WEAK, True),
+        (Tolerance(), [TAPERED], True),
+        (Tolerance(), WEAK[:1], False),
+        (Tolerance(), [], False),
+        (Tolerance(thickness_relative=0.005), WEAK, False),
+    ],
+    ids=["two plates", "along the arm", "one plate", "nothing", "stated"],
+)
+def test_where_plates_differ_it_is_asked_how_exactly_they_are_made(tolerance, named, asked):
+    """A single plate that is weak is a fault of that plate."""
+    remarks = uneven_plates(replace(recorded(), tolerance=tolerance), named)
     assert len(remarks) == asked
     assert all("[tolerance] thickness_relative; 0.5 % is taken" in remark for remark in remarks)
-    assert uneven_plates(calibrated) == []
+
+
+def test_one_weak_plate_alone_is_not_said_to_be_plates_that_differ():
+    found = check(to_search(Task(replace(recorded(), tolerance=Tolerance())), lambda stage: None, serially))
+    assert [named.hypothesis.kind for named in found.named] == ["weakened_plate"]
+    assert not any("plates differ" in remark for remark in found.remarks)
 
 
 def test_what_is_likely_but_not_named_is_said_and_what_is_named_no_certainty():

@@ -16,6 +16,7 @@ from prb3r.diagnosis.evidence.outliers import Doubts, NotedWeight
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.fit.tolerance import IN_RAD, EstimatedTolerances, without_unit
 from prb3r.diagnosis.settings import Settings
+from prb3r.model.effects.base import Effect
 from prb3r.model.effects.plates import DiskContact
 from prb3r.model.files.cells import count
 from prb3r.recording.recording import Recording
@@ -188,11 +189,12 @@ def weighed(doubts: Doubts) -> list[str]:
     return [f"{count} {far} far from what the neighbours show; {down} weighed down"] if count else []
 
 
-def uneven_plates(fitted: Fit) -> list[str]:
-    """A sentence where single plates, or plates along the arm, are of other stiffness, and the recording does not state
-    how exactly plates are made; else none."""
-    tolerance, kinds = fitted.recording.tolerance, {effect.kind for effect in fitted.effects}
-    if "thickness_relative" in tolerance.model_fields_set or not kinds & {"weakened_plate", "stiffness_gradient"}:
+def uneven_plates(recording: Recording, named: Sequence[Effect]) -> list[str]:
+    """A sentence where two plates or more, or plates along the arm, are named as of other stiffness, and the recording
+    does not state how exactly plates are made; else none."""
+    tolerance, kinds = recording.tolerance, [effect.kind for effect in named]
+    differ = kinds.count("weakened_plate") > 1 or "stiffness_gradient" in kinds
+    if "thickness_relative" in tolerance.model_fields_set or not differ:
         return []
     taken = 100 * tolerance.thickness_relative
     return [
