@@ -32,6 +32,7 @@ from prb3r.diagnosis.stages import (
     search,
     to_search,
     to_test,
+    with_other_constants,
 )
 from prb3r.errors import Problem, RecordingError
 
@@ -64,6 +65,7 @@ def investigate(task: Task, report: Report = lambda stage: None, apply: Apply = 
         searched, blunders, rival, mended = without_blunders(task, report, apply)
     except OutOfBalance as error:
         raise RecordingError(Problem(task.recording.name, str(error))) from None
+    searched = with_other_constants(searched, apply)
     report("check")
     investigation = check(coarsened_if_unexplained(searched), rival)
     if investigation.verdict == "unexplained" and rival and mended:

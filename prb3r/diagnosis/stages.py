@@ -13,11 +13,12 @@ from prb3r.diagnosis.checks.frame import frame_taken, with_frame
 from prb3r.diagnosis.checks.repeats import scatter
 from prb3r.diagnosis.checks.set_aside import set_aside
 from prb3r.diagnosis.checks.statements import (
+    as_of_handbooks,
+    constants_as_of_handbooks,
     contradicted,
-    not_believed,
+    may_be_misstated,
     turned_markers,
     with_turned_markers,
-    without_statements,
 )
 from prb3r.diagnosis.fit.calibrate import fit_constants
 from prb3r.diagnosis.fit.prediction import predictor
@@ -55,25 +56,44 @@ def to_search(task: Task, report: Report, apply: Apply) -> Searched:
 def to_test(task: Task, report: Report, apply: Apply) -> Tested:
     """The score tests of the residuals of calibration: all stages from calibration to test.
 
-    Where the readings contradict what is stated of Young's modulus, friction or the angles of markers, and constants
-    alone explain them without it, it is not believed.  Otherwise any effect that acts like another modulus would be
-    sure to be there, and a rest curvature of every plate whose marker sits askew.
+    Where markers seem turned on their disks by far more than is stated, and constants alone explain the readings with
+    that, it is not believed.  Otherwise the angle of every marker would be told as a rest curvature.
     """
     tested, recording = _as_stated_to_test(task, report, apply), task.recording
-
-    def explained_by(other: Recording) -> Tested | None:
-        """The tests with another statement of the recording; None where constants alone leave something."""
-        freed = _as_stated_to_test(replace(task, recording=other), lambda stage: None, apply)
-        return None if leaves_something(freed) else freed
-
-    calibrated, doubts = tested.doubted.fitted, tested.doubted.doubts
-    if (fields := contradicted(calibrated)) and (freed := explained_by(without_statements(recording, fields))):
-        return _with_remarks(freed, not_believed(recording, fields, freed.doubted.fitted))
-    if not leaves_something(tested) or (wide := with_turned_markers(calibrated, doubts)) is None:
+    wide = with_turned_markers(tested.doubted.fitted, tested.doubted.doubts) if leaves_something(tested) else None
+    freed = wide and _explained_to_test(replace(task, recording=replace(recording, tolerance=wide)), apply)
+    if not freed:
         return tested
-    if freed := explained_by(replace(recording, tolerance=wide)):
-        return _with_remarks(freed, [turned_markers(recording, freed.doubted.fitted, freed.doubted.doubts)])
-    return tested
+    return _with_remarks(freed, [turned_markers(recording, freed.doubted.fitted, freed.doubted.doubts)])
+
+
+def with_other_constants(searched: Searched, apply: Apply) -> Searched:
+    """The choice with one more model, where the readings contradict what is stated of Young's modulus or friction and
+    constants alone explain them without it: that the statement is wrong.
+
+    Otherwise an effect that acts like another modulus, such as soft clamps, would be sure to be there.
+    """
+    tested, choice = searched.tested, searched.choice
+    task, fields = tested.doubted.task, contradicted(tested.doubted.fitted)
+    if not fields:
+        return searched
+    other = as_of_handbooks(task.recording, fields, task.settings)
+    freed, model = _explained_to_test(replace(task, recording=other), apply), constants_as_of_handbooks(choice, fields)
+    if freed is None or model is None:
+        return searched
+    remarks, share = may_be_misstated(task.recording, fields, model), model.probability
+    stated = tuple(replace(survivor, probability=(1 - share) * survivor.probability) for survivor in choice.survivors)
+    if share <= 1 / 2:
+        return Searched(_with_remarks(tested, remarks), replace(choice, survivors=(*stated, model)))
+    chosen = search(freed).choice
+    free = (replace(survivor, probability=share * survivor.probability) for survivor in chosen.survivors)
+    return Searched(_with_remarks(freed, remarks), replace(chosen, survivors=(*free, *stated)))
+
+
+def _explained_to_test(task: Task, apply: Apply) -> Tested | None:
+    """As :func:`to_test`, with all that is stated believed; None where constants alone leave something."""
+    tested = _as_stated_to_test(task, lambda stage: None, apply)
+    return None if leaves_something(tested) else tested
 
 
 def _with_remarks(tested: Tested, remarks: Sequence[str]) -> Tested:
@@ -84,7 +104,7 @@ def _with_remarks(tested: Tested, remarks: Sequence[str]) -> Tested:
 
 
 def _as_stated_to_test(task: Task, report: Report, apply: Apply) -> Tested:
-    """As :func:`to_test`, with what is stated of the constants believed."""
+    """As :func:`to_test`, with all that is stated believed."""
     report("calibrate")
     calibrated = calibrate(task)
     report("doubt")

@@ -4,11 +4,18 @@ from collections.abc import Collection
 from dataclasses import replace
 
 import numpy as np
+from scipy.special import expit, logit, logsumexp
 
 from prb3r.diagnosis.checks.tolerated import tolerances_told
+from prb3r.diagnosis.evidence.model_evidence import log_evidence
 from prb3r.diagnosis.evidence.outliers import Doubts
+from prb3r.diagnosis.fit.least_squares import fit
 from prb3r.diagnosis.fit.model import Fit
+from prb3r.diagnosis.fit.prediction import predictor
 from prb3r.diagnosis.fit.tolerance import IN_RAD
+from prb3r.diagnosis.search.pool import Survivor
+from prb3r.diagnosis.search.selection import Choice
+from prb3r.diagnosis.settings import Settings
 from prb3r.recording.recording import Prior, Recording, Tolerance
 
 STATED = {"log_stiffness": "youngs_modulus", "log_friction": "friction_coefficient"}
@@ -29,9 +36,31 @@ def contradicted(calibrated: Fit) -> list[str]:
     ]
 
 
-def without_statements(recording: Recording, fields: Collection[str]) -> Recording:
-    """The recording without what these `fields` of its `[prior]` state."""
-    return replace(recording, prior=Prior(**recording.prior.model_dump() | dict.fromkeys(fields)))
+def as_of_handbooks(recording: Recording, fields: Collection[str], settings: Settings) -> Recording:
+    """The recording with handbook knowledge in the place of what these `fields` of its `[prior]` state."""
+    known = {"youngs_modulus": settings.modulus_sd, "friction_coefficient": settings.friction_sd}
+    prior = recording.prior.model_dump() | {field: known[field] for field in fields}
+    return replace(recording, prior=Prior(**prior))
+
+
+def constants_as_of_handbooks(choice: Choice, fields: Collection[str]) -> Survivor | None:
+    """The constants alone, if what these `fields` state is wrong, as one more model beside the surviving ones of a
+    choice, with its probability among these; None where they cannot be fitted.
+
+    That a statement is wrong has the prior probability `Settings.misstated`.
+    """
+    model, settings = choice.calibrated.model, choice.calibrated.model.settings
+    recording = model.recording
+    wide = as_of_handbooks(recording, fields, settings)
+    fitted = fit(
+        replace(model, predict=predictor(wide, settings), noise=choice.fitted.model.noise), choice.calibrated.p
+    )
+    if fitted is None:
+        return None
+    narrower = sum(np.log(getattr(recording.prior, field) / getattr(wide.prior, field)) for field in fields)
+    worth = log_evidence(fitted, {}) + float(narrower + len(fields) * logit(settings.misstated))
+    others = np.array([survivor.log_evidence for survivor in choice.survivors])
+    return Survivor(fitted, worth, float(expit(worth - logsumexp(others))))
 
 
 def with_turned_markers(calibrated: Fit, doubts: Doubts) -> Tolerance | None:
@@ -68,25 +97,25 @@ def turned_markers(recording: Recording, freed: Fit, doubts: Doubts) -> str:
     )
 
 
-def not_believed(recording: Recording, fields: Collection[str], freed: Fit) -> list[str]:
-    """A remark on each of the `fields` of `[prior]` that are not believed.
+def may_be_misstated(recording: Recording, fields: Collection[str], freed: Survivor) -> list[str]:
+    """A remark on each of the `fields` of `[prior]` that the readings contradict.
 
     Parameters
     ----------
     recording : as it was recorded.
-    freed : the fit of constants alone to the recording without these fields.
+    freed : the constants alone without these statements (:func:`constants_as_of_handbooks`).
     """
-    remarks = []
+    remarks, fitted = [], freed.fitted
     for name, field in STATED.items():
         if field not in fields:
             continue
-        stated, value = getattr(recording.prior, field), freed.p[freed.model.varied.index(name)]
+        stated, value = getattr(recording.prior, field), fitted.p[fitted.model.varied.index(name)]
         checked = f"{WORDED[field]} in the manipulator file"
         if field == "youngs_modulus":
             checked += f", the thickness of the plates, and {STIFFER if value > 0 else SOFTER}"
         remarks.append(
             f"what [prior] states of {WORDED[field]} (within {100 * stated:.2g} %) is {abs(value) / stated:.2g} "
-            "standard deviations from what the readings say, and without it constants alone explain them: it is not "
-            f"believed; check {checked}"
+            "standard deviations from what the readings say if nothing else is at work, and if it is wrong, constants "
+            f"alone explain them: it is wrong with a probability of {freed.probability:.2f}; check {checked}"
         )
     return remarks

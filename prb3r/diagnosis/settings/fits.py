@@ -37,6 +37,8 @@ class FitsSettings:
     """Falls of ln stiffness that a fit begins from too where softer plates alone have no equilibrium.  Choice."""
     far_stated_sd: float = 3.0
     """Stated standard deviations from which on a constant contradicts what is stated of it: by chance once in 370."""
+    misstated: float = 0.1
+    """Prior probability that what is stated of a constant is wrong.  Choice: as common as a common effect."""
     fewest_turned: int = 2
     """Markers that are turned far beyond their tolerance, from which on a wider one is tried.  Choice: one alone is
     looked at."""
