@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from prb3r.model.files.cells import named
-from prb3r.model.steps import tension_changes
+from prb3r.recording.let_go import felt_changes
 from prb3r.recording.recording import FRAME_REACH, Kind, Recording
 
 ENOUGH = 0.9
@@ -87,20 +87,35 @@ def _wrong_sides(recording: Recording) -> Iterator[str]:
 
 
 def slips_the_other_way(recording: Recording) -> Iterator[str]:
-    """Doubts about cables declared as paid out where they alone are pulled harder, or as drawn in where let go."""
+    """Doubts about cables declared as paid out where they alone are pulled harder, or as drawn in where let go, and one
+    about all cables that are let go without a column of slip."""
     for name, sequences in contradicted_slips(recording).items():
         yield (
             f"slip_{name} says in {named('sequence', sequences)} that cable {name} is paid out where it is pulled "
             "harder and drawn in where it is let go; is its sign wrong?"
         )
-    change = _changes_alone(recording)
-    for k, name in enumerate(recording.manipulator.cable_names):
-        let_go = int((change[:, k] < 0).sum())
-        if f"slip_{name}" not in recording.steps and let_go >= FEWEST and _slip_counts(recording):
-            yield (
-                f"cable {name} is let go at {let_go} steps, and there is no column slip_{name}: it is taken as drawn "
-                "in at all holes there too; write 1 where it is paid out"
-            )
+    yield from _no_slips(recording)
+
+
+def _no_slips(recording: Recording) -> Iterator[str]:
+    """A doubt about the cables that are let go, no other tension changing, and have no column of slip."""
+    let_go, steps = _changes_alone(recording) < 0, recording.steps
+    absent = [k for k, name in enumerate(recording.manipulator.cable_names) if f"slip_{name}" not in steps]
+    names = [recording.manipulator.cable_names[k] for k in absent if let_go[:, k].any()]
+    count = int(let_go[:, absent].any(1).sum())
+    if count < FEWEST or not _slip_counts(recording):
+        return
+    columns = named("column", [f"slip_{name}" for name in names])
+    if len(names) == 1:
+        yield (
+            f"cable {names[0]} is let go at {count} steps, and there is no {columns}: it is taken as drawn in at all "
+            "holes there too; write 1 where it is paid out"
+        )
+    else:
+        yield (
+            f"{named('cable', names)} are let go at {count} steps in all, and there are no {columns}: they are taken "
+            "as drawn in at all holes there too; write 1 where they are paid out"
+        )
 
 
 def contradicted_slips(recording: Recording) -> dict[str, list[str]]:
@@ -126,9 +141,8 @@ def _slip_counts(recording: Recording) -> bool:
 
 
 def _changes_alone(recording: Recording) -> np.ndarray:
-    """(s, m) sign of the change of each tension from the step before, or from rest; 0 at steps where other tensions
-    change too."""
-    change = np.sign(tension_changes(recording.loads.tension, recording.begins))
+    """(s, m) sign of the change of each tension (:func:`felt_changes`); 0 at steps where other tensions change too."""
+    change = felt_changes(recording)
     return np.where((change != 0).sum(1, keepdims=True) == 1, change, 0.0)
 
 

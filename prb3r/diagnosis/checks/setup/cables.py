@@ -1,4 +1,4 @@
-"""Blunders with cables: exchanged, on the wrong side, tied to the wrong segment, declared to slip the wrong way."""
+"""Blunders with cables: exchanged, on the wrong side, tied to the wrong segment."""
 
 from collections.abc import Iterator
 from functools import partial
@@ -6,13 +6,10 @@ from itertools import combinations
 
 import numpy as np
 
-from prb3r.diagnosis.checks.setup.remedy import Mended, Remedy, with_manipulator, with_scaled, with_steps
+from prb3r.diagnosis.checks.setup.remedy import Mended, Remedy, parts_of, with_manipulator, with_steps
 from prb3r.markdown import listed
 from prb3r.model.manipulator import Cable, Manipulator
 from prb3r.recording.recording import Recording
-
-SLIPS = "slip", "slip of a part"
-"""Kinds of blunders with the sign of declared slip: in all cables and sequences, and in one cable or one sequence."""
 
 
 def cable_blunders(recording: Recording) -> Iterator[Remedy]:
@@ -20,7 +17,6 @@ def cable_blunders(recording: Recording) -> Iterator[Remedy]:
     yield from _exchanges(recording)
     yield from _sides(recording)
     yield from _ends(recording.manipulator)
-    yield from _slips(recording)
 
 
 def _exchanges(recording: Recording) -> Iterator[Remedy]:
@@ -31,28 +27,13 @@ def _exchanges(recording: Recording) -> Iterator[Remedy]:
         concerned = pulled[:, first] | pulled[:, second]
         if not concerned.any() or _alike(recording.manipulator, *pair):
             continue
-        for rows, where in _parts(recording, concerned):
+        for rows, where in parts_of(recording, concerned):
             yield Remedy(
                 "cables exchanged once" if where else "cables exchanged",
                 f"cables {listed(pair)} are exchanged{where}",
                 "steps",
                 partial(_exchanged, pair=pair, rows=rows),
             )
-
-
-def _parts(recording: Recording, concerned: np.ndarray) -> Iterator[tuple[np.ndarray, str]]:
-    """Steps (s,) in which a blunder could have been made, as masks, each with the words for it: all steps first, then
-    the steps of every sequence with steps that it would concern.
-
-    Parameters
-    ----------
-    concerned : (s,) whether the blunder would change a step.
-    """
-    yield np.ones(len(concerned), bool), ""
-    for number, name in enumerate(recording.sequences if len(recording.sequences) > 1 else ()):
-        rows = recording.of_sequence == number
-        if concerned[rows].any():
-            yield rows, f" in sequence {name}"
 
 
 def _alike(manipulator: Manipulator, first: str, second: str) -> bool:
@@ -149,26 +130,3 @@ def _ending(cable: Cable, end: int) -> Cable:
     if isinstance(offset, list):
         offset = [*offset[:end], *([offset[-1]] * (end - len(offset)))]
     return cable.model_copy(update={"offset_m": offset, "ends_at_segment": end})
-
-
-def _slips(recording: Recording) -> Iterator[Remedy]:
-    """Declared slip with the wrong sign: of all cables and sequences, of one sequence, of one cable."""
-    manipulator, steps = recording.manipulator, recording.steps
-    if manipulator.follows_history:
-        return
-    declared = {f"slip_{name}": k for k, name in enumerate(manipulator.cable_names) if f"slip_{name}" in steps}
-    felt = (recording.loads.slip != 0) & (recording.loads.tension > 0)
-    columns = [column for column, k in declared.items() if felt[:, k].any()]
-    if not columns:
-        return
-    concerned = felt[:, [declared[column] for column in columns]].any(1)
-    choices = [(columns, rows, where) for rows, where in _parts(recording, concerned)]
-    if len(columns) > 1:
-        choices += [([column], np.ones(len(steps), bool), f" for cable {column[5:]}") for column in columns]
-    for names, rows, where in choices:
-        yield Remedy(
-            SLIPS[1] if where else SLIPS[0],
-            f"slip is declared with the wrong sign{where}",
-            "steps",
-            partial(with_scaled, columns=names, factor=-1.0, rows=rows),
-        )

@@ -15,11 +15,12 @@ from operator import attrgetter
 import numpy as np
 
 from prb3r.diagnosis.checks.setup.attempt import Attempt, attempt_on
-from prb3r.diagnosis.checks.setup.cables import SLIPS, cable_blunders
+from prb3r.diagnosis.checks.setup.cables import cable_blunders
 from prb3r.diagnosis.checks.setup.order import EXCHANGED_STEPS, order_blunders, step_blunders
 from prb3r.diagnosis.checks.setup.pictures import picture_blunders
 from prb3r.diagnosis.checks.setup.remedy import File, Remedy
 from prb3r.diagnosis.checks.setup.robust import expected_loss
+from prb3r.diagnosis.checks.setup.slips import SLIPS, slip_blunders
 from prb3r.diagnosis.checks.setup.trial import Trial
 from prb3r.diagnosis.checks.setup.units import unit_blunders
 from prb3r.diagnosis.search.apply import Apply, serially
@@ -57,8 +58,8 @@ class Blunder:
 
 
 def remedies(recording: Recording, settings: Settings) -> list[Remedy]:
-    """The remedy of every blunder that a recording could hold: of pictures, cables, units and order, in this order."""
-    others = (cable_blunders, unit_blunders, order_blunders)
+    """All remedies that could be tried on a recording: of pictures, cables, slip, units and order, in this order."""
+    others = (cable_blunders, slip_blunders, unit_blunders, order_blunders)
     return [*picture_blunders(recording, settings), *(remedy for family in others for remedy in family(recording))]
 
 

@@ -1,6 +1,6 @@
 """Remedies: what turns a recording into the one that it would be without a certain blunder of its set-up."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal, NamedTuple
 
@@ -35,6 +35,21 @@ class Remedy:
     """The file that has to be mended."""
     mend: Callable[[Recording], Mended]
     """Returns a recording without the blunder."""
+
+
+def parts_of(recording: Recording, concerned: np.ndarray) -> Iterator[tuple[np.ndarray, str]]:
+    """Steps (s,) in which a blunder could have been made, as masks, each with the words for it: all steps first, then
+    the steps of every sequence with steps that it would concern.
+
+    Parameters
+    ----------
+    concerned : (s,) whether the blunder would change a step.
+    """
+    yield np.ones(len(concerned), bool), ""
+    for number, name in enumerate(recording.sequences if len(recording.sequences) > 1 else ()):
+        rows = recording.of_sequence == number
+        if concerned[rows].any():
+            yield rows, f" in sequence {name}"
 
 
 def rewritten(recording: Recording, manipulator: Manipulator, steps: pd.DataFrame) -> Mended:

@@ -1,0 +1,64 @@
+"""Blunders with declared slip: its sign is wrong, or its columns were forgotten."""
+
+from collections.abc import Iterator
+from functools import partial
+
+import numpy as np
+
+from prb3r.diagnosis.checks.setup.remedy import Mended, Remedy, parts_of, with_scaled, with_steps
+from prb3r.markdown import listed
+from prb3r.recording.let_go import slips_by_tension
+from prb3r.recording.recording import Recording
+
+SLIPS = "slip", "slip of a part"
+"""Kinds of blunders with the sign of declared slip: in all cables and sequences, and in one cable or one sequence."""
+
+
+def slip_blunders(recording: Recording) -> Iterator[Remedy]:
+    """The remedies of all blunders with declared slip that a recording could hold; none where it follows the path."""
+    if not recording.manipulator.follows_history:
+        yield from _wrong_signs(recording)
+        yield from _forgotten(recording)
+
+
+def _wrong_signs(recording: Recording) -> Iterator[Remedy]:
+    """Declared slip with the wrong sign: of all cables and sequences, of one sequence, of one cable."""
+    manipulator, steps = recording.manipulator, recording.steps
+    declared = {f"slip_{name}": k for k, name in enumerate(manipulator.cable_names) if f"slip_{name}" in steps}
+    felt = (recording.loads.slip != 0) & (recording.loads.tension > 0)
+    columns = [column for column, k in declared.items() if felt[:, k].any()]
+    if not columns:
+        return
+    concerned = felt[:, [declared[column] for column in columns]].any(1)
+    choices = [(columns, rows, where) for rows, where in parts_of(recording, concerned)]
+    if len(columns) > 1:
+        choices += [([column], np.ones(len(steps), bool), f" for cable {column[5:]}") for column in columns]
+    for names, rows, where in choices:
+        yield Remedy(
+            SLIPS[1] if where else SLIPS[0],
+            f"slip is declared with the wrong sign{where}",
+            "steps",
+            partial(with_scaled, columns=names, factor=-1.0, rows=rows),
+        )
+
+
+def _forgotten(recording: Recording) -> Iterator[Remedy]:
+    """Columns of slip that are absent although a cable that lacks one is let go while it is pulled."""
+    cables, steps = recording.manipulator.cable_names, recording.steps
+    paid_out = ((slips_by_tension(recording) > 0) & (recording.loads.tension > 0)).any(0)
+    absent = [name for name in cables if f"slip_{name}" not in steps]
+    let_go = [name for name in absent if paid_out[cables.index(name)]]
+    if not let_go:
+        return
+    columns = [f"slip_{name}" for name in let_go]
+    which = f"column {columns[0]} was" if len(columns) == 1 else f"columns {listed(columns)} were"
+    if len(absent) == len(cables):
+        which = "slip columns were"
+    blunder = f"the {which} forgotten: a cable without one counts as drawn in even where its tension falls"
+    yield Remedy("slip forgotten", blunder, "steps", partial(_with_slips, cables=absent))
+
+
+def _with_slips(recording: Recording, cables: list[str]) -> Mended:
+    """A recording in which the slip of some cables, by name, is declared as their tension says."""
+    slip, place = slips_by_tension(recording), recording.manipulator.cable_names
+    return with_steps(recording, recording.steps.assign(**{f"slip_{c}": slip[:, place.index(c)] for c in cables}))
