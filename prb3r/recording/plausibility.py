@@ -98,24 +98,32 @@ def slips_the_other_way(recording: Recording) -> Iterator[str]:
 
 
 def _no_slips(recording: Recording) -> Iterator[str]:
-    """A doubt about the cables that are let go, no other tension changing, and have no column of slip."""
-    let_go, steps = _changes_alone(recording) < 0, recording.steps
-    absent = [k for k, name in enumerate(recording.manipulator.cable_names) if f"slip_{name}" not in steps]
-    names = [recording.manipulator.cable_names[k] for k in absent if let_go[:, k].any()]
-    count = int(let_go[:, absent].any(1).sum())
-    if count < FEWEST or not _slip_counts(recording):
-        return
+    """A doubt about the cables of :func:`forgotten_slips`."""
+    steps = forgotten_slips(recording)
+    names, count = list(steps), int(np.any(list(steps.values()), axis=0).sum())
     columns = named("column", [f"slip_{name}" for name in names])
     if len(names) == 1:
         yield (
             f"cable {names[0]} is let go at {count} steps, and there is no {columns}: it is taken as drawn in at all "
             "holes there too; write 1 where it is paid out"
         )
-    else:
+    elif names:
         yield (
             f"{named('cable', names)} are let go at {count} steps in all, and there are no {columns}: they are taken "
             "as drawn in at all holes there too; write 1 where they are paid out"
         )
+
+
+def forgotten_slips(recording: Recording) -> dict[str, np.ndarray]:
+    """(s,) steps, as masks, at which a cable without a column of slip is let go, by name of the cable.
+
+    Only steps at which no other tension changes are judged; with fewer than `FEWEST` of them no cable is named.
+    """
+    let_go, known = _changes_alone(recording) < 0, recording.steps.columns
+    absent = [k for k, name in enumerate(recording.manipulator.cable_names) if f"slip_{name}" not in known]
+    if let_go[:, absent].sum() < FEWEST or not _slip_counts(recording):
+        return {}
+    return {recording.manipulator.cable_names[k]: let_go[:, k] for k in absent if let_go[:, k].any()}
 
 
 def contradicted_slips(recording: Recording) -> dict[str, list[str]]:

@@ -20,13 +20,12 @@ from prb3r.diagnosis.checks.setup.order import EXCHANGED_STEPS, order_blunders, 
 from prb3r.diagnosis.checks.setup.pictures import picture_blunders
 from prb3r.diagnosis.checks.setup.remedy import File, Remedy
 from prb3r.diagnosis.checks.setup.robust import expected_loss
-from prb3r.diagnosis.checks.setup.slips import SLIPS, slip_blunders
+from prb3r.diagnosis.checks.setup.slips import doubted_slips, slip_blunders
 from prb3r.diagnosis.checks.setup.trial import Trial
 from prb3r.diagnosis.checks.setup.units import unit_blunders
 from prb3r.diagnosis.search.apply import Apply, serially
 from prb3r.diagnosis.settings import Settings
 from prb3r.model.effects import AnyEffect
-from prb3r.recording.plausibility import contradicted_slips
 from prb3r.recording.recording import Recording
 
 
@@ -98,7 +97,7 @@ def find_blunder(
     manipulator = recording.manipulator.model_copy(update={"effect": [*recording.manipulator.effect, *effects]})
     attempt = attempt_on(replace(recording, manipulator=manipulator) if effects else recording, settings)
     among = [*remedies(attempt.recording, settings), *step_blunders(attempt.recording, exchanged)]
-    least = least_gains(among, settings, bool(contradicted_slips(recording)))
+    least = least_gains(among, settings, doubted_slips(recording))
     tried = trials(attempt, among, apply)
     better = [t for t in tried if t.total < attempt.here.total]
     speaking = [t for t in better if t.gain >= least[t.remedy]]
@@ -117,7 +116,7 @@ def find_blunder(
     return Blunder(remedy.blunder, alike, remedy.file, mended, plain, least[remedy], not speaking)
 
 
-def least_gains(among: Sequence[Remedy], settings: Settings, contradicted: bool = False) -> dict[Remedy, float]:
+def least_gains(among: Sequence[Remedy], settings: Settings, doubted: Sequence[str] = ()) -> dict[Remedy, float]:
     """Log likelihood ratio that each remedy needs, such that the false-alarm rate of all is `Settings.blunder_rate`.
 
     The rate is divided evenly among the kinds of blunders, and among the remedies of each kind.
@@ -126,11 +125,11 @@ def least_gains(among: Sequence[Remedy], settings: Settings, contradicted: bool 
 
     Parameters
     ----------
-    contradicted : whether declared slip goes against the changes of tensions, so that its sign is probably wrong.
+    doubted : kinds of blunders with slip that the changes of tensions speak for (:func:`doubted_slips`).
     """
     places = Counter(remedy.kind for remedy in among)
     asked = {r: float(np.log(len(places) * places[r.kind] / settings.blunder_rate)) for r in among}
-    likely = {EXCHANGED_STEPS, *(SLIPS if contradicted else ())}
+    likely = {EXCHANGED_STEPS, *doubted}
     return asked | {r: settings.faint_blunder for r in among if r.kind in likely}
 
 

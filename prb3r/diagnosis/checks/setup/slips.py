@@ -8,10 +8,19 @@ import numpy as np
 from prb3r.diagnosis.checks.setup.remedy import Mended, Remedy, parts_of, with_scaled, with_steps
 from prb3r.markdown import listed
 from prb3r.recording.let_go import slips_by_tension
+from prb3r.recording.plausibility import contradicted_slips, forgotten_slips
 from prb3r.recording.recording import Recording
 
 SLIPS = "slip", "slip of a part"
 """Kinds of blunders with the sign of declared slip: in all cables and sequences, and in one cable or one sequence."""
+FORGOTTEN = "slip forgotten"
+"""Kind of the blunder that columns of slip are absent."""
+
+
+def doubted_slips(recording: Recording) -> tuple[str, ...]:
+    """Kinds of blunders with declared slip that the changes of tensions speak for, without any fit."""
+    signs = SLIPS if contradicted_slips(recording) else ()
+    return (*signs, FORGOTTEN) if forgotten_slips(recording) else signs
 
 
 def slip_blunders(recording: Recording) -> Iterator[Remedy]:
@@ -55,7 +64,7 @@ def _forgotten(recording: Recording) -> Iterator[Remedy]:
     if len(absent) == len(cables):
         which = "slip columns were"
     blunder = f"the {which} forgotten: a cable without one counts as drawn in even where its tension falls"
-    yield Remedy("slip forgotten", blunder, "steps", partial(_with_slips, cables=absent))
+    yield Remedy(FORGOTTEN, blunder, "steps", partial(_with_slips, cables=absent))
 
 
 def _with_slips(recording: Recording, cables: list[str]) -> Mended:
