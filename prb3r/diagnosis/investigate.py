@@ -3,6 +3,7 @@
 set-up -> calibrate -> doubt -> test -> search -> check -> tell
 """
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -35,6 +36,8 @@ from prb3r.diagnosis.stages import (
     with_other_constants,
 )
 from prb3r.errors import Problem, RecordingError
+from prb3r.model.effects import AnyEffect
+from prb3r.recording.plausibility import forgotten_slips
 
 STAGES = ("set-up", "calibrate", "doubt", "test", "search", "check", "tell")
 
@@ -102,7 +105,8 @@ def beside_effects(
 
     If effects were found, a blunder is sought with these effects in the model.  Two steps may be exchanged if they have
     weights that were not believed, or are held-out steps that are not predicted, these only if there are at most
-    `Settings.most_missed_steps` of them.
+    `Settings.most_missed_steps` of them.  Where columns of slip may have been forgotten, it is also sought beside the
+    effects that do not follow the load path: slip that follows the path stands in for them.
 
     A blunder is added only if mending it makes the recording explained, and only if it still shows beside the effects
     that are then found; otherwise it had stood in for other physics.  The search of the mended recording is stopped
@@ -112,11 +116,13 @@ def beside_effects(
     there, missed = unexplained.choice.fitted.effects, unexplained.missed_steps
     exchanged = {*unexplained.doubted_steps, *(missed if len(missed) <= task.settings.most_missed_steps else ())}
     as_noted = _mended(task, blunders).recording
-    suspected: list[list[int]] = [[]] if there else []
+    suspected: list[tuple[list[int], bool]] = [([], False)] if there else []
     if len(exchanged) > 1:
-        suspected.append(sorted(exchanged))
-    for among in suspected:
-        hidden = find_blunder(as_noted, task.settings, there, apply, exchanged=among)
+        suspected.append((sorted(exchanged), False))
+    if forgotten_slips(as_noted) and any(effect.follows_history for effect in there):
+        suspected.append(([], True))
+    for among, declared in suspected:
+        hidden = find_blunder(as_noted, task.settings, _beside(there, declared), apply, exchanged=among)
         if hidden is None:
             continue
         try:
@@ -124,13 +130,20 @@ def beside_effects(
             searched = search(tested, unexplained.choice.worth_of_first_start - hidden.least)
         except OutOfBalance:
             continue
-        now = find_blunder(as_noted, task.settings, searched.choice.fitted.effects, apply, exchanged=among)
+        found = _beside(searched.choice.fitted.effects, declared)
+        now = find_blunder(as_noted, task.settings, found, apply, exchanged=among)
         if now is None or now.blunder not in (hidden.blunder, *hidden.alike):
             continue
         mended = check(searched)
         if mended.verdict != "unexplained":
             return mended, (*blunders, hidden)
     return unexplained, blunders
+
+
+def _beside(effects: Sequence[AnyEffect], declared: bool) -> list[AnyEffect]:
+    """The effects beside which a blunder is sought: all, or where slip is to be as declared those that follow no load
+    path."""
+    return [effect for effect in effects if not (declared and effect.follows_history)]
 
 
 class SetUp(NamedTuple):
