@@ -7,15 +7,19 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from diagnosis.planted import PLANTED, other_cables
+from diagnosis.planted import FORGOTTEN_SLIPS, PLANTED, other_cables, other_steps, without_slips
 from diagnosis.simulated import Case, diagnosed, recorded
 
 from prb3r.diagnosis.checks.setup.attempt import attempt_on
 from prb3r.diagnosis.checks.setup.cables import cable_blunders
-from prb3r.diagnosis.checks.setup.find import blunders_of, find_blunder
+from prb3r.diagnosis.checks.setup.find import blunders_of, find_blunder, remedies
 from prb3r.diagnosis.checks.setup.quick import slips_as_pulled
 from prb3r.diagnosis.checks.setup.remedy import Mended, Remedy, with_manipulator, with_steps
 from prb3r.diagnosis.checks.setup.robust import Trier, expected_loss
+from prb3r.diagnosis.checks.setup.slips import FORGOTTEN
+from prb3r.diagnosis.fit.constants import Constants
+from prb3r.diagnosis.fit.covariance import reading_sd
+from prb3r.diagnosis.fit.prediction import predictor
 from prb3r.diagnosis.investigate import run_stages
 from prb3r.diagnosis.known import Task
 from prb3r.diagnosis.result.files import write_record
@@ -105,6 +109,59 @@ def test_two_blunders_are_named_one_after_the_other():
     assert blunders[-1].plain
     named = {blunder.blunder for blunder in blunders}
     assert named == {"cables 1 and 4 are exchanged", "disks 5 and 6 are exchanged"}
+
+
+def test_forgotten_slips_are_taken_from_the_tensions_and_give_the_friction_back(tmp_path):
+    """The rig's own friction is 0.27."""
+    right = recorded(Case(hidden=(), program="reversing"))
+    diagnosis = run_stages(Task(without_slips(right)))
+    assert (diagnosis.verdict, [blunder.blunder for blunder in diagnosis.setup]) == ("set-up", [FORGOTTEN_SLIPS])
+    assert not diagnosis.effects
+    assert diagnosis.constants["friction_coefficient"].explained == pytest.approx(0.27, abs=0.01)
+    write_record(diagnosis, tmp_path)
+    again = load_recording(tmp_path / "mended")
+    np.testing.assert_array_equal(again.loads.slip, right.loads.slip)
+
+
+def test_columns_of_slip_are_not_said_to_be_forgotten_where_friction_is_hardly_felt():
+    for program in ("plain", "reversing"):
+        smooth = without_slips(recorded(Case(hidden=(), friction=1e-3, program=program)))
+        assert FORGOTTEN in {remedy.kind for remedy in remedies(smooth, Settings())}
+        assert not blunders_of(smooth, Settings())
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_columns_of_slip_are_not_said_to_be_forgotten_where_cables_are_drawn_in_throughout(seed):
+    """Shaken at every step while the arm is pulled on, for instance."""
+    right = recorded(Case(hidden=(), program="reversing"))
+    drawn = other_steps(right, **{f"slip_{name}": -1 for name in "1234"})
+    noise = np.random.default_rng(seed).standard_normal(right.readings.count) * reading_sd(right)
+    read = without_slips(drawn).with_values(predictor(drawn)(Constants()) + noise)
+    assert not blunders_of(read, Settings())
+
+
+@pytest.mark.parametrize(
+    ("names", "said"),
+    [
+        ("1", "the column slip_1 was forgotten"),
+        ("14", "the columns slip_1 and slip_4 were forgotten"),
+        ("1234", "the slip columns were forgotten"),
+        ("", ""),
+    ],
+)
+def test_columns_of_slip_are_missed_where_a_cable_without_one_is_let_go(names, said):
+    right = recorded(Case(hidden=(), program="reversing"))
+    without = without_slips(right, names)
+    forgotten = [remedy for remedy in remedies(without, Settings()) if remedy.kind == FORGOTTEN]
+    assert [remedy.blunder.split(":")[0] for remedy in forgotten] == ([said] if said else [])
+    for remedy in forgotten:
+        np.testing.assert_array_equal(remedy.mend(without).recording.loads.slip, right.loads.slip)
+
+
+def test_columns_of_slip_are_not_missed_where_slip_follows_the_path_or_nothing_is_let_go():
+    loading = other_steps(example(), **{f"cable_{name}_n": range(1, len(example().steps) + 1) for name in "1234"})
+    for right in (lagging(), loading):
+        assert FORGOTTEN not in {remedy.kind for remedy in remedies(without_slips(right), Settings())}
 
 
 def stated_noisier(recording, factor):

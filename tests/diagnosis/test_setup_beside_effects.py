@@ -5,7 +5,17 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from diagnosis.planted import PLANTED, backward, late, mirrored, other_cables, other_steps, steps_swapped
+from diagnosis.planted import (
+    FORGOTTEN_SLIPS,
+    PLANTED,
+    backward,
+    late,
+    mirrored,
+    other_cables,
+    other_steps,
+    steps_swapped,
+    without_slips,
+)
 from diagnosis.simulated import IMITATING, RUBBING, WEAK, YIELDING, Case, recorded
 
 from prb3r.diagnosis import investigate as around
@@ -129,6 +139,14 @@ def test_what_moves_nothing_is_no_blunder_and_what_was_found_with_it_stands(dead
     assert doubted.recording is right
     assert {hypothesis.kind for hypothesis in doubted.search.start_from.values} == {"dead_cable"}
     assert not doubted.search.assumed.values  # found in the same readings, it is not likelier beforehand
+
+
+@pytest.mark.long
+def test_forgotten_slips_show_although_slip_along_the_path_stands_in_for_them():
+    """Without the weak plate they gain too little; and slip along the path leaves no slip to be declared."""
+    found = investigate(Task(without_slips(recorded())))
+    assert [blunder.blunder for blunder in found.blunders] == [FORGOTTEN_SLIPS]
+    assert (found.verdict, found.choice.kinds) == ("set-up", {"weakened_plate"})
 
 
 def slipping_the_other_way(known, name):
