@@ -54,7 +54,7 @@ def _wrong_signs(recording: Recording) -> Iterator[Remedy]:
 def _forgotten(recording: Recording) -> Iterator[Remedy]:
     """Columns of slip that are absent although a cable that lacks one is let go while it is pulled."""
     cables, steps = recording.manipulator.cable_names, recording.steps
-    paid_out = ((slips_by_tension(recording) > 0) & (recording.loads.tension > 0)).any(0)
+    paid_out = np.any((slips_by_tension(recording) > 0) & (recording.loads.tension > 0), axis=0).tolist()
     absent = [name for name in cables if f"slip_{name}" not in steps]
     let_go = [name for name in absent if paid_out[cables.index(name)]]
     if not let_go:
