@@ -24,7 +24,7 @@ ORDER = {
     "study": "rounding workspace metrics wishes plots distributions factors loading spec axes tree loads cases resolve "
     "columns compare selections chunk measure cloud work plan tables manifest designs rigs search compute explore run "
     "decision decide phrases advice",
-    "recording": "recording holds let_go findings units steps markers reading writing plausibility",
+    "recording": "recording holds findings units steps markers reading writing let_go plausibility",
     "diagnosis": "confidence settings library fit evidence search checks result known stages investigate together run",
     "proof": "rig settings concealed judging prove sweep",
     "present": "style canvas rc framing page figure_files accuracy spots study diagnosis proof entries index",
