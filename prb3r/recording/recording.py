@@ -66,7 +66,7 @@ class Tolerance(Strict):
     marker_m: NonNegative | None = None
     """Standard deviation of a marker's place in its disk's own frame, m; absent: 1 % of the longest plate."""
     marker_rad: NonNegative | None = None
-    """Standard deviation of the angle at which a marker sits on its disk, rad; absent: 0.005, or 0 if `marker_m` is
+    """Standard deviation of the angle at which a marker sits on its disk, rad; absent: 0.002, or 0 if `marker_m` is
     0."""
 
     def offset(self, arm: float) -> float:
@@ -102,9 +102,10 @@ class Sharing(Strict):
 OWN_SHARE, MARKER_SHARE = 0.005, 0.01
 """Standard deviations where a recording states none, of offsets and lengths, and of marker places in plate lengths.
 Choice: a part made by hand, and a marker of the width of a plate's thickness put on by eye."""
-MARKER_TURN = 0.005
-"""Standard deviation of a marker's angle on its disk where a recording states none, rad.  Choice: 0.05 mm over 10 mm,
-as glued with care; of an error of twice that six single rest curvatures were told while it was taken for 0."""
+MARKER_TURN = 0.002
+"""Standard deviation of a marker's angle on its disk where a recording states none, rad.  Choice: 0.1 mm over 50 mm, as
+put on with care.  With 0.005 some effects of simulated rigs with perfect markers are no longer found; of 0.01 six
+single rest curvatures were told while it was taken for 0."""
 FRAME_REACH = 3.0
 """Standard deviations of the camera's frame that it may be off by: more by chance once in 370."""
 

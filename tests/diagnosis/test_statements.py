@@ -66,7 +66,7 @@ def turned_on_disks(recording: Recording, sd: float) -> Recording:
     return recording.with_values(readings.value + np.where(absolute, turns[readings.disk], 0.0))
 
 
-@pytest.mark.parametrize(("sd", "beyond"), [(0.005, False), (0.03, True)])
+@pytest.mark.parametrize(("sd", "beyond"), [(0.002, False), (0.03, True)])
 def test_markers_that_sit_askew_are_no_bent_plates(sd, beyond):
     recording = replace(recorded(Case(hidden=())), tolerance=Tolerance())
     tested = to_test(Task(turned_on_disks(recording, sd)), lambda stage: None, serially)
