@@ -166,20 +166,20 @@ def without_blunders(task: Task, report: Report, apply: Apply) -> SetUp:
     supports it (:func:`speaks_for`).  A search is stopped after its first start where that settles the comparison
     (:func:`_clear`, :func:`_mended_beside`).  If mending changes no prediction with the effects found in the mended
     recording, as for a cable that turns out to be dead, there is no blunder, and the recording as it is is searched
-    again from these effects.
+    again from these effects.  A blunder that is sure (`Blunder.sure`) is reported without such a comparison.
     """
     blunders = blunders_of(task.recording, task.settings, apply)
-    if not blunders or blunders[-1].plain:
+    if not blunders or blunders[-1].sure:
         return SetUp(to_search(_mended(task, blunders), report, apply), blunders)
-    plain = blunders[: next(k for k, blunder in enumerate(blunders) if not blunder.plain)]
-    as_it_is, said = to_test(_mended(task, plain), report, apply), plain
+    sure = blunders[: next(k for k, blunder in enumerate(blunders) if not blunder.sure)]
+    as_it_is, said = to_test(_mended(task, sure), report, apply), sure
     report("search")
-    clear = _clear(task, blunders[: len(plain) + 1], as_it_is, apply)
+    clear = _clear(task, blunders[: len(sure) + 1], as_it_is, apply)
     searched = clear[0] if clear else search(as_it_is)
-    for count in range(len(plain) + 1, len(blunders) + 1):
+    for count in range(len(sure) + 1, len(blunders) + 1):
         blunder = blunders[count - 1]
         report("search")
-        first = clear if count == len(plain) + 1 else None
+        first = clear if count == len(sure) + 1 else None
         other = first[1] if first else _mended_beside(task, blunders[:count], searched, apply)
         if other is None:
             break

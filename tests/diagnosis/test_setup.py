@@ -4,12 +4,14 @@ import json
 from dataclasses import replace
 from functools import cache, partial
 from pathlib import Path
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
 from diagnosis.planted import FORGOTTEN_SLIPS, PLANTED, other_cables, other_steps, without_slips
-from diagnosis.simulated import Case, diagnosed, recorded
+from diagnosis.simulated import LOSSY, Case, diagnosed, recorded
 
+from prb3r.diagnosis import investigate as around
 from prb3r.diagnosis.checks.setup.attempt import attempt_on
 from prb3r.diagnosis.checks.setup.cables import cable_blunders
 from prb3r.diagnosis.checks.setup.find import blunders_of, find_blunder, remedies
@@ -20,10 +22,11 @@ from prb3r.diagnosis.checks.setup.slips import FORGOTTEN
 from prb3r.diagnosis.fit.constants import Constants
 from prb3r.diagnosis.fit.covariance import reading_sd
 from prb3r.diagnosis.fit.prediction import predictor
-from prb3r.diagnosis.investigate import run_stages
+from prb3r.diagnosis.investigate import run_stages, without_blunders
 from prb3r.diagnosis.known import Task
 from prb3r.diagnosis.result.files import write_record
 from prb3r.diagnosis.result.projection import summary_lines
+from prb3r.diagnosis.search.apply import serially
 from prb3r.diagnosis.settings import Settings
 from prb3r.model.effects.friction import SlipHistory
 from prb3r.recording.plausibility import implausible
@@ -121,6 +124,21 @@ def test_forgotten_slips_are_taken_from_the_tensions_and_give_the_friction_back(
     write_record(diagnosis, tmp_path)
     again = load_recording(tmp_path / "mended")
     np.testing.assert_array_equal(again.loads.slip, right.loads.slip)
+
+
+def test_what_is_sure_is_not_held_against_a_search_for_effects_in_its_place(monkeypatch):
+    """The tables speak for forgotten slips, and without effects the readings do as much as for any other blunder."""
+    lossy = recorded(Case(hidden=(tuple(LOSSY.items()),), program="reversing"))
+    (plain,) = blunders_of(without_slips(recorded(Case(hidden=(), program="reversing"))), Settings())
+    faint, *_ = blunders_of(without_slips(lossy), Settings())
+    assert plain.expected
+    assert not faint.sure  # between the odds that suffice and those of other blunders: the two searches are compared
+    begun = Mock(side_effect=AssertionError("the recording as it is was searched"))
+    monkeypatch.setattr(around, "_clear", begun)
+    monkeypatch.setattr(around, "blunders_of", Mock(return_value=(replace(faint, expected=True),)))
+    searched, (said,), _, _ = without_blunders(Task(without_slips(lossy)), lambda stage: None, serially)
+    assert said.blunder == FORGOTTEN_SLIPS
+    assert searched.choice.kinds == {"pulley_friction"}
 
 
 def test_columns_of_slip_are_not_said_to_be_forgotten_where_friction_is_hardly_felt():

@@ -20,7 +20,7 @@ from prb3r.diagnosis.checks.setup.order import EXCHANGED_STEPS, order_blunders, 
 from prb3r.diagnosis.checks.setup.pictures import picture_blunders
 from prb3r.diagnosis.checks.setup.remedy import File, Remedy
 from prb3r.diagnosis.checks.setup.robust import expected_loss
-from prb3r.diagnosis.checks.setup.slips import doubted_slips, slip_blunders
+from prb3r.diagnosis.checks.setup.slips import FORGOTTEN, doubted_slips, slip_blunders
 from prb3r.diagnosis.checks.setup.trial import Trial
 from prb3r.diagnosis.checks.setup.units import unit_blunders
 from prb3r.diagnosis.search.apply import Apply, serially
@@ -48,6 +48,14 @@ class Blunder:
     faint: bool = False
     """Whether the log likelihood ratio with constants alone is below `least`, so that the blunder is at most a rival of
     effects."""
+    expected: bool = False
+    """Whether the tables speak for it by themselves, and the readings as much as for a blunder for which they do
+    not."""
+
+    @property
+    def sure(self) -> bool:
+        """Whether it is reported without a comparison with effects."""
+        return self.plain or self.expected
 
     @property
     def statement(self) -> str:
@@ -113,7 +121,8 @@ def find_blunder(
     plain = best.total < within_noise and not effects and bool(speaking)
     remedy = best.remedy
     mended = remedy.mend(recording).recording
-    return Blunder(remedy.blunder, alike, remedy.file, mended, plain, least[remedy], not speaking)
+    expected = remedy.kind == FORGOTTEN and best.gain >= least_gains(among, settings)[remedy]
+    return Blunder(remedy.blunder, alike, remedy.file, mended, plain, least[remedy], not speaking, expected)
 
 
 def least_gains(among: Sequence[Remedy], settings: Settings, doubted: Sequence[str] = ()) -> dict[Remedy, float]:
