@@ -60,6 +60,19 @@ def test_an_exchange_made_in_the_named_set_gives_the_other_set_and_both_are_told
     assert all((sureness(effect) == "certain") == (lacked[effect.kind] <= 0.05) for effect in found.effects)
 
 
+@pytest.mark.parametrize("seed", range(5))
+def test_what_is_likely_but_not_named_is_what_to_look_for_where_all_that_is_named_is_certain(seed):
+    found, probability = survived(np.random.default_rng(seed))
+    named = {effect.kind for effect in found.effects}
+    unnamed = {kind: sum(p for kinds, p in probability.items() if kind in kinds) for kind in set(KINDS) - named}
+    likely = sorted((kind for kind, p in unnamed.items() if p > 0.5), key=lambda kind: -unnamed[kind])
+    sure = tuple(SimpleNamespace(kind=kind, certain=True, rivals=()) for kind in named)
+    around = {"verdict": "ambiguous", "setup": (), "rival_blunder": None, "experiments": ()}
+    said = what_to_do(SimpleNamespace(**vars(found) | {"effects": sure} | around))
+    assert said.startswith("Look at the rig itself for " if likely else "Simulate this rig with explained.toml")
+    assert [kind for kind in KINDS if kind.replace("_", " ") in said] == [kind for kind in KINDS if kind in likely]
+
+
 def disputed():
     """A weak plate that could as well be a weak segment, with a probability of 0.4, and the program that tells them."""
     found, other = investigated(), rival_of(investigated())

@@ -55,6 +55,17 @@ def exchanges(diagnosis: Diagnosis) -> Iterator[Exchange]:
         yield Exchange(other, tuple(kind for kind in named if kind not in kinds), share)
 
 
+def likely_unnamed(diagnosis: Diagnosis) -> list[str]:
+    """Kinds of effects that are likelier there than not, over all sets of effects that stand, but are not named; the
+    most probable first."""
+    named, models = {effect.kind for effect in diagnosis.effects}, diagnosis.posterior.models
+    share = {
+        kind: sum(model.probability for model in models if any(effect.kind == kind for effect in model.effects))
+        for kind in dict.fromkeys(effect.kind for model in models for effect in model.effects)
+    }
+    return sorted((kind for kind, p in share.items() if kind not in named and p > 1 / 2), key=lambda kind: -share[kind])
+
+
 def what_to_do(diagnosis: Diagnosis) -> str:
     """What a reader should do next, in a sentence or two; empty where a blunder of the set-up says so itself."""
     if diagnosis.setup:
@@ -78,6 +89,11 @@ def _after_the_setup(diagnosis: Diagnosis) -> str:
     if telling := [name for name, program in programs.items() if program.resolves]:
         return f"Record the steps of {listed(telling)} and diagnose again. Until then {weighed}."
     doubtful = [effect for effect in diagnosis.effects if not effect.certain or effect.rivals]
+    if not doubtful and (unnamed := likely_unnamed(diagnosis)):
+        return (
+            f"Look at the rig itself for {in_words(unnamed)}, likelier there than not, though no set of effects with "
+            f"{'it' if len(unnamed) == 1 else 'them'} is sure. Until then {weighed}."
+        )
     if not doubtful:
         return f"Simulate this rig with explained.toml; {weighed}."
     kinds = in_words(list(dict.fromkeys(effect.kind for effect in doubtful)))
