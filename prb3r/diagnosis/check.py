@@ -32,6 +32,7 @@ from prb3r.diagnosis.result.remarks import (
 from prb3r.diagnosis.result.rig_remarks import (
     at_bounds,
     below_stated,
+    bent_at_many_places,
     beyond_tolerance,
     far_rims,
     misplaced_marker,
@@ -44,6 +45,7 @@ from prb3r.diagnosis.result.rig_remarks import (
 )
 from prb3r.diagnosis.search.pool import Survivor
 from prb3r.diagnosis.search.selection import Choice
+from prb3r.model.effects.base import Effect
 from prb3r.recording.holds import creeping
 from prb3r.recording.plausibility import slips_the_other_way
 
@@ -98,10 +100,7 @@ def check(searched: Searched, blunder: Blunder | None = None) -> Investigation:
             *slips_the_other_way(doubted.recording),
             *creeping(doubted.recording),
             *or_a_blunder(blunder),
-            *far_constants(reported),
-            *frame_that_was_taken(reported, doubted.task.frame_taken),
-            *far_frame(reported, doubted.task.frame_taken),
-            *uneven_plates(doubted.recording, [reported.effects[k] for k in effects]),
+            *_on_what_is_reported(doubted, reported, [reported.effects[k] for k in effects]),
             *_on_the_model(choice, doubted, checks, tolerances, unexplained=bool(why)),
             *_on_the_noise(choice, doubted, fresh),
             *(off_as_drawn(fresh, choice.fitted, reported) if not failed else ()),
@@ -153,6 +152,18 @@ def _set_aside(doubted: Doubted, choice: Choice) -> Unseen | None:
         return None
     likely = [survivor for survivor in choice.survivors if survivor.probability >= doubted.task.settings.alike_rate]
     return fresh.doubting(choice.fitted, [s.fitted for s in likely if s.effects != choice.effects])
+
+
+def _on_what_is_reported(doubted: Doubted, reported: Fit, named: Sequence[Effect]) -> tuple[str, ...]:
+    """Remarks on the constants of the reported model, on the camera's frame, and on the `named` effects together."""
+    task = doubted.task
+    return (
+        *far_constants(reported),
+        *frame_that_was_taken(reported, task.frame_taken),
+        *far_frame(reported, task.frame_taken),
+        *uneven_plates(doubted.recording, named),
+        *bent_at_many_places(named, task.settings),
+    )
 
 
 def _on_the_model(

@@ -18,6 +18,7 @@ from prb3r.diagnosis.known import Task
 from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.diagnosis.result.remarks import against_the_best, likely_too
 from prb3r.diagnosis.result.rig_remarks import (
+    bent_at_many_places,
     beyond_tolerance,
     far_rims,
     misplaced_marker,
@@ -30,7 +31,7 @@ from prb3r.diagnosis.search.pool import Survivor
 from prb3r.diagnosis.search.selection import simplest
 from prb3r.diagnosis.settings import Settings
 from prb3r.diagnosis.stages import calibrate, doubt, to_search
-from prb3r.model.effects.plates import DiskContact, StiffnessGradient, WeakenedPlate
+from prb3r.model.effects.plates import DiskContact, Precurvature, StiffnessGradient, WeakenedPlate
 from prb3r.recording.recording import Kind, Tolerance
 
 SAID = "the most probable model has 1 effect, as many as are sought"
@@ -75,6 +76,13 @@ def test_where_plates_differ_it_is_asked_how_exactly_they_are_made(tolerance, na
     remarks = uneven_plates(replace(recorded(), tolerance=tolerance), named)
     assert len(remarks) == asked
     assert all("[tolerance] thickness_relative; 0.5 % is taken" in remark for remark in remarks)
+
+
+def test_rest_curvature_at_many_places_is_said_to_be_one_form_perhaps():
+    bent = [Precurvature(kind="precurvature", plates=[k], curvature_per_m=0.1 * k) for k in (1, 2, 3, 4)]
+    assert bent_at_many_places(bent[:2], Settings()) == []
+    (remark,) = bent_at_many_places(bent, Settings())
+    assert remark.startswith("rest curvature is named at 4 places")
 
 
 def test_one_weak_plate_alone_is_not_said_to_be_plates_that_differ():

@@ -189,6 +189,18 @@ def weighed(doubts: Doubts) -> list[str]:
     return [f"{count} {far} far from what the neighbours show; {down} weighed down"] if count else []
 
 
+def bent_at_many_places(named: Sequence[Effect], settings: Settings) -> list[str]:
+    """A sentence where rest curvature is named at more than `Settings.most_faults` places; else none."""
+    places = [effect.kind for effect in named].count("precurvature")
+    if places <= settings.most_faults:
+        return []
+    return [
+        f"rest curvature is named at {places} places: it may change along the arm in a form that the library lacks; "
+        "then no single place means what it says, and bands for sister rigs may be wrong: record the arm without any "
+        "load, which shows its form"
+    ]
+
+
 def uneven_plates(recording: Recording, named: Sequence[Effect]) -> list[str]:
     """A sentence where two plates or more, or plates along the arm, are named as of other stiffness, and the recording
     does not state how exactly plates are made; else none."""
