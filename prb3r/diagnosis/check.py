@@ -62,8 +62,7 @@ def check(searched: Searched, blunder: Blunder | None = None) -> Investigation:
         choice = replace(choice, share_of_stated=share_of_stated(choice.fitted, choice.doubts))
     doubted, calibrated = tested.doubted, choice.calibrated
     fresh, before = _set_aside(doubted, choice), choice.fitted
-    refitted = constants_as_drawn(calibrated) if choice.fitted.model.hypotheses else None
-    choice, checks, failed, refuted, why = _tested_on(fresh, choice, doubted, refitted)
+    choice, refitted, checks, failed, refuted, why = _tested_on(fresh, choice, doubted)
 
     reported = as_drawn(choice.fitted) if why else choice.fitted
     effects = [k for k in range(len(reported.effects)) if not why or is_felt(reported, k)]
@@ -114,6 +113,8 @@ class _Checked(NamedTuple):
 
     choice: Choice
     """The choice among the models that survive this test."""
+    refitted: Fit | None
+    """The constants alone with all parts as drawn; None for a choice without effects."""
     checks: tuple[ModelCheck, ...]
     """All checks of the chosen model."""
     failed: list[JudgedSequence]
@@ -124,13 +125,11 @@ class _Checked(NamedTuple):
     """Why the verdict is `unexplained`; empty if it is not."""
 
 
-def _tested_on(fresh: Unseen | None, choice: Choice, doubted: Doubted, refitted: Fit | None) -> _Checked:
-    """The choice after the test on the sequences set aside (None without any), with all checks of its model.
-
-    `refitted`: the constants alone with all parts as drawn; None for a choice without effects.
-    """
+def _tested_on(fresh: Unseen | None, choice: Choice, doubted: Doubted) -> _Checked:
+    """The choice after the test on the sequences set aside (None without any), with all checks of its model."""
     models = [(survivor.probability, survivor.fitted) for survivor in choice.survivors]
     choice = predicting(choice, fresh, doubted.search)
+    refitted = constants_as_drawn(choice.calibrated) if choice.fitted.model.hypotheses else None
     judged = fresh.by_sequence_averaged(choice.fitted, models) if fresh else ()
     failed = [sequence for sequence in judged if fresh and sequence.p < fresh.rate]
     checks = model_checks(choice, judged)
@@ -141,7 +140,7 @@ def _tested_on(fresh: Unseen | None, choice: Choice, doubted: Doubted, refitted:
     choice = choice.without(refuted)
     if not why and fresh is not None and refitted is not None:
         why = why_misleading(fresh.errors(refitted, choice.fitted), doubted.task.settings)
-    return _Checked(choice, checks, failed, refuted, why or why_doubtful(choice, doubted.search))
+    return _Checked(choice, refitted, checks, failed, refuted, why or why_doubtful(choice, doubted.search))
 
 
 def _set_aside(doubted: Doubted, choice: Choice) -> Unseen | None:

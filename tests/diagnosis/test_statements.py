@@ -18,10 +18,10 @@ TRUE_OVER_FILED = 0.8
 """Young's modulus of the rig over that of the manipulator file."""
 
 
-def misfiled(case: Case, **stated: float) -> Recording:
+def misfiled(case: Case, true_over_filed: float = TRUE_OVER_FILED, **stated: float) -> Recording:
     """A recording whose manipulator file has another Young's modulus than the rig, with a `[prior]`."""
     recording = recorded(case)
-    filed = recording.manipulator.youngs_modulus_pa / TRUE_OVER_FILED
+    filed = recording.manipulator.youngs_modulus_pa / true_over_filed
     manipulator = recording.manipulator.model_copy(update={"youngs_modulus_pa": filed})
     return replace(recording, manipulator=manipulator, prior=Prior(**stated))
 
@@ -56,6 +56,7 @@ def test_of_friction_it_is_said_too():
 def test_what_is_stated_is_not_doubted_where_it_is_near_or_constants_do_not_explain_all():
     assert doubts(diagnosis_of(misfiled(Case(hidden=()), youngs_modulus=0.2))) == []
     assert doubts(diagnosis_of(misfiled(Case(), youngs_modulus=0.05))) == []  # one plate is weak
+    assert doubts(diagnosis_of(misfiled(Case(hidden=()), 8.0, youngs_modulus=0.5))) == []  # handbooks state more
 
 
 def turned_on_disks(recording: Recording, sd: float) -> Recording:

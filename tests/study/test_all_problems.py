@@ -70,12 +70,18 @@ def problems(folder, text):
     return path, [str(problem) for problem in refused.value.problems]
 
 
-@pytest.mark.parametrize(("parts", "said"), [(WRONG, ""), (SELECTED, "no case has ")])
-def test_everything_that_needs_no_solve_is_told_at_once_with_its_line(tmp_path, parts, said):
-    text, lines = HEAD + (TIP if parts is SELECTED else ""), []
+def placed(text, parts):
+    """A text with all parts (each with what is to be said of it) behind it, and the line at which each begins."""
+    lines = []
     for part, _ in parts:
         lines.append(text.count("\n") + 1)
         text += part
+    return text, lines
+
+
+@pytest.mark.parametrize(("parts", "said"), [(WRONG, ""), (SELECTED, "no case has ")])
+def test_everything_that_needs_no_solve_is_told_at_once_with_its_line(tmp_path, parts, said):
+    text, lines = placed(HEAD + (TIP if parts is SELECTED else ""), parts)
     path, told = problems(tmp_path, text)
     assert len(told) == len(parts)
     for line, (_, what) in zip(lines, parts, strict=True):
@@ -96,10 +102,7 @@ MISTAKES = (
 
 
 def test_mistakes_of_every_kind_are_told_at_once_each_with_its_line(tmp_path):
-    text, lines = HEAD, []
-    for part, _ in MISTAKES:
-        lines.append(text.count("\n") + 1)
-        text += part
+    text, lines = placed(HEAD, MISTAKES)
     path, told = problems(tmp_path, text)
     assert len(told) == len(MISTAKES)
     for line, (part, what) in zip(lines, MISTAKES, strict=True):

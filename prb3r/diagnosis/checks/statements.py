@@ -9,6 +9,7 @@ from scipy.special import expit, logit, logsumexp
 from prb3r.diagnosis.checks.tolerated import tolerances_told
 from prb3r.diagnosis.evidence.model_evidence import log_evidence
 from prb3r.diagnosis.evidence.outliers import Doubts
+from prb3r.diagnosis.fit.constants import CONSTANTS_IN_WORDS
 from prb3r.diagnosis.fit.least_squares import fit
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.fit.prediction import predictor
@@ -20,7 +21,6 @@ from prb3r.recording.recording import Prior, Recording, Tolerance
 
 STATED = {"log_stiffness": "youngs_modulus", "log_friction": "friction_coefficient"}
 """The fields of `[prior]` by the name of the constant that they state."""
-WORDED = {"youngs_modulus": "Young's modulus", "friction_coefficient": "the friction coefficient"}
 STIFFER = "whether clamps take up length of the plates or the cables themselves resist bending"
 SOFTER = "whether the clamps give way"
 """What to look at besides where the arm is stiffer, or softer, than what is stated."""
@@ -28,17 +28,23 @@ SOFTER = "whether the clamps give way"
 
 def contradicted(calibrated: Fit) -> list[str]:
     """The fields of `[prior]` from which a fit of constants alone is away by more than `Settings.far_stated_sd` stated
-    standard deviations."""
-    away = np.abs(calibrated.p) / calibrated.model.deviations
-    far = away > calibrated.model.settings.far_stated_sd
-    return [
-        STATED[name] for name, is_far in zip(calibrated.model.varied, far, strict=True) if name in STATED and is_far
-    ]
+    standard deviations, if they state more than handbooks do."""
+    model, fields = calibrated.model, list[str]()
+    known = handbook_sd(model.settings)
+    for name, value, sd in zip(model.varied, calibrated.p, model.deviations, strict=True):
+        if name in STATED and sd < known[STATED[name]] and abs(value) > model.settings.far_stated_sd * sd:
+            fields.append(STATED[name])
+    return fields
+
+
+def handbook_sd(settings: Settings) -> dict[str, float]:
+    """What handbooks tell of each field of `[prior]`: standard deviation of the ln of the constant."""
+    return {"youngs_modulus": settings.modulus_sd, "friction_coefficient": settings.friction_sd}
 
 
 def as_of_handbooks(recording: Recording, fields: Collection[str], settings: Settings) -> Recording:
     """The recording with handbook knowledge in the place of what these `fields` of its `[prior]` state."""
-    known = {"youngs_modulus": settings.modulus_sd, "friction_coefficient": settings.friction_sd}
+    known = handbook_sd(settings)
     prior = recording.prior.model_dump() | {field: known[field] for field in fields}
     return replace(recording, prior=Prior(**prior))
 
@@ -110,11 +116,12 @@ def may_be_misstated(recording: Recording, fields: Collection[str], freed: Survi
         if field not in fields:
             continue
         stated, value = getattr(recording.prior, field), fitted.p[fitted.model.varied.index(name)]
-        checked = f"{WORDED[field]} in the manipulator file"
+        text = CONSTANTS_IN_WORDS[name]
+        checked = f"{text} in the manipulator file"
         if field == "youngs_modulus":
             checked += f", the thickness of the plates, and {STIFFER if value > 0 else SOFTER}"
         remarks.append(
-            f"what [prior] states of {WORDED[field]} (within {100 * stated:.2g} %) is {abs(value) / stated:.2g} "
+            f"what [prior] states of {text} (within {100 * stated:.2g} %) is {abs(value) / stated:.2g} "
             "standard deviations from what the readings say if nothing else is at work, and if it is wrong, constants "
             f"alone explain them: it is wrong with a probability of {freed.probability:.2f}; check {checked}"
         )

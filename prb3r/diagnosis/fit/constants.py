@@ -14,6 +14,8 @@ from prb3r.recording.recording import Kind, Recording
 
 FRAME = ("rotation", "x", "y")
 """Constants of the camera's frame: they change the readings, not the states."""
+CONSTANTS_IN_WORDS = {"log_stiffness": "Young's modulus", "log_friction": "the friction coefficient"}
+"""The other constants, by name, in words."""
 RUBBING = "cable_friction"
 """Kind of the effect that replaces the friction coefficient of all cables or of some."""
 WITHIN = np.array([1 + 1e-9, 1 - 1e-9])

@@ -10,12 +10,10 @@ import numpy as np
 
 from prb3r.diagnosis.confidence import INTERVAL_RISE, NORMAL_REACH
 from prb3r.diagnosis.evidence.model_evidence import AT_BOUND
-from prb3r.diagnosis.fit.constants import FRAME
+from prb3r.diagnosis.fit.constants import CONSTANTS_IN_WORDS, FRAME
 from prb3r.diagnosis.fit.least_squares import fit
 from prb3r.diagnosis.fit.model import Fit
 
-NAMES = {"log_stiffness": "Young's modulus", "log_friction": "the friction coefficient"}
-"""Constants of the manipulator in words."""
 FRAME_COORDINATES = {
     "rotation": ("the camera's rotation", "frame_rotation_sd_rad", "rad"),
     "x": ("the camera's shift along x", "frame_position_sd_m", "m"),
@@ -65,10 +63,10 @@ def far_constants(fitted: Fit) -> list[str]:
     for name, value, sd in zip(model.varied, fitted.p, model.priors, strict=False):
         if name in FRAME:
             continue
-        text, (low, high) = NAMES[name], model.widest[name]
+        text, (low, high) = CONSTANTS_IN_WORDS[name], model.widest[name]
         ended = f"ends at {np.exp(value):.3g} times the nominal one"
         bound = not low + AT_BOUND < value < high - AT_BOUND
-        if not bound and abs(value) > settings.far_constant_sd * sd:
+        if not bound and abs(value) > settings.far_stated_sd * sd:
             far = abs(value) / sd
             remarks.append(f"{text} {ended}, {far:.1f} standard deviations from what the recording states of it")
         elif bound or abs(value) > np.log(settings.far_factor):

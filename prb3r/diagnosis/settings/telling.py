@@ -71,15 +71,13 @@ class RemarksSettings:
     Choice: between the two `common_reaches`."""
     far_tolerance_sd: float = 3.0
     """Prior standard deviations from which on a part is said to be beyond its tolerance: by chance once in 370."""
-    far_constant_sd: float = 3.0
-    """Standard deviations, as stated in `[prior]`, from which on Young's modulus or friction is said to be far from
-    what the recording states: by chance once in 370."""
     far_factor: float = 3.0
     """Factor off its nominal value, either way, from which on such a constant is remarked on whatever is stated: beyond
     handbook values, as of `friction_sd`.  Choice."""
     far_frame_sd: float = 2.5
     """Standard deviations, as stated, from which on a coordinate of the camera's frame is said to be far from zero: by
-    chance once in 80.  Choice: what rounds to three, as the stated one draws the fitted coordinate back."""
+    chance once in 80, of three coordinates once in 27.  Choice, after a simulated arm whose uneven rest curvature had
+    turned the frame by 2.9: a note on a right frame costs a look at the camera."""
     lone_marker_ratio: float = 3.0
     """How many times as far off as any other marker one is that seems misplaced.  Choice: what bends the arm moves the
     others behind it too."""
