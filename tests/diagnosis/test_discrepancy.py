@@ -2,15 +2,17 @@
 
 import json
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from diagnosis.learnt import STEPS
-from diagnosis.simulated import UNEXPLAINED, E, diagnosed, investigated, manipulator
+from diagnosis.simulated import UNEXPLAINED, Case, E, diagnosed, investigated, manipulator
 
 from prb3r import predict, solve
 from prb3r.diagnosis.confidence import NORMAL_REACH
 from prb3r.diagnosis.result.unexplained import best_elsewhere, best_of_rig
+from prb3r.model.effects.plates import SegmentStiffness
 from prb3r.model.manipulator import Manipulator
 
 ELASTICA = {"model": "elastica"}
@@ -92,3 +94,15 @@ def test_constants_alone_carry_over_where_they_predict_what_was_set_aside_better
     assert best_of_rig(exchanged)[0] is exchanged.refitted
     assert best_elsewhere(found)[0] is found.refitted  # two holes off their places and gravity stand for a weak plate
     assert missed.share < best_elsewhere(found)[1].share
+
+
+def test_segments_all_of_which_differ_are_judged_with_the_modulus_that_carries_their_mean():
+    """Plates half as stiff as twice the modulus are what they were; without either the rig is missed."""
+    found = investigated(Case(hidden=()))
+    right, segments = found.reported.constants, range(1, 1 + len(found.recording.manipulator.segment))
+    halves = tuple(SegmentStiffness(kind="segment_stiffness", segment=k, factor=0.5) for k in segments)
+    twice = right._replace(log_stiffness=right.log_stiffness + np.log(2.0))
+    reported = SimpleNamespace(constants=twice, effects=halves, model=found.reported.model)
+    alone = SimpleNamespace(constants=right._replace(log_stiffness=right.log_stiffness + 0.1), effects=())
+    held = SimpleNamespace(reported=reported, refitted=alone, recording=found.recording, fresh=None)
+    assert best_elsewhere(held)[0] is reported
