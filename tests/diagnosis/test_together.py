@@ -176,13 +176,24 @@ def test_what_is_not_shared_is_said_in_words():
         "No two recordings tell the friction coefficient, so that none contradicts another: 0.3 (0.2 to 0.4) together, "
         "0.3 (0.2 to 0.4) on a, not told by b alone.",
         "The recordings do not share edge wrap: b has its own, a none.",
-        "Of a and b, each with its own values, as rigs do not share such effects: hole offset (cable 1).",
+        "Of a and b, each with its own values: hole offset (cable 1).",
         "Of b alone: gravity.",
         "note: x",
     ]
     assert (
         '0.3 (0.2 to 0.4) on "a, left", not told by "b" alone' in replace(strain, recordings=("a, left", "b")).statement
     )
+
+
+def test_what_a_rig_has_its_own_value_of_is_not_said_to_be_shared():
+    estimate = Estimate(0.3, 0.2, 0.4)
+    rubs = SharedParameter("", "friction_coefficient", ("a", "b"), estimate, (estimate,) * 2, 1e-9, False, 0.0, ("b",))
+    bends = replace(rubs, parameter="youngs_modulus_pa", agrees=True, p=0.5, own=())
+    first, *_ = Common(("a", "b"), (bends, rubs), {}, {}, 5.0, ()).sentences
+    assert first.startswith("The recordings bear out that the rigs share Young's modulus (the Bayes factor")
+    first, second = Common(("a", "b"), (rubs,), {}, {}, 5.0, ()).sentences
+    assert first.startswith("The rigs share nothing of what was found")
+    assert "do not agree on the friction coefficient" in second
 
 
 def test_recordings_agree_where_two_of_them_tell_the_same():

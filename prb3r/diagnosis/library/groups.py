@@ -23,8 +23,15 @@ class Groups(NamedTuple):
     same_sections: bool
     """Whether all plates of the rigs with the same material have the same section, so that bending laws in curvature
     mean the same on each."""
+    one_design: bool
+    """Whether the manipulator files of all rigs are the same but for their names."""
     remarks: tuple[str, ...]
     """What is not shared and why, and the suppositions that sharing rests on, a sentence each."""
+
+    @property
+    def of_one_make(self) -> tuple[int, ...]:
+        """Numbers of the rigs that share material or friction with another one."""
+        return tuple(sorted({rig for rigs in self.of.values() for rig in rigs}))
 
 
 def groups_of(recordings: Sequence[Recording]) -> Groups:
@@ -64,7 +71,9 @@ def groups_of(recordings: Sequence[Recording]) -> Groups:
         elif len(sections) > 1:
             remarks.append("of bending laws those in strain are shared, and none in curvature, as sections differ")
     groups: dict[Group, tuple[int, ...]] = {"material": material, "friction": friction}
-    return Groups({name: rigs for name, rigs in groups.items() if len(rigs) > 1}, len(sections) == 1, tuple(remarks))
+    designs = {recording.manipulator.model_copy(update={"name": ""}).model_dump_json() for recording in recordings}
+    shared = {name: rigs for name, rigs in groups.items() if len(rigs) > 1}
+    return Groups(shared, len(sections) == 1, len(designs) == 1, tuple(remarks))
 
 
 def _withheld(recordings: Sequence[Recording]) -> Iterator[str]:

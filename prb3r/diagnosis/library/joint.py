@@ -1,7 +1,8 @@
 """Hypotheses on several rigs together: effects that rigs share, and effects and constants of one rig alone.
 
-Rigs of one make share what belongs to their material and to the pair of surfaces that rubs; all else is each rig's own.
-A rig may also have its own value of what it should share.
+Rigs of one make share what belongs to their material and to the pair of surfaces that rubs.  All else may be each rig's
+own, or the same on all of them, as from one way of building or from one bench.  A rig may also have its own value of
+what it should share.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -184,14 +185,48 @@ def in_common(
             if hypothesis.kind != kind:
                 continue
             keys = {free.name for free in hypothesis.free}
-            counterparts = [_counterpart(hypothesis, libraries[rig]) for rig in rigs]
             cut = keys & IN_CURVATURE and not same_sections
-            if "cables" in dict(hypothesis.place) or cut or None in counterparts:
+            if "cables" in dict(hypothesis.place) or cut:
                 continue
-            parts = _merged([part for part in counterparts if part], names)
-            by_rig = dict(zip(rigs, parts, strict=True))
-            common = tuple(free.name for free in hypothesis.free if names is None or free.name in names)
-            yield JointHypothesis(kind, tuple(by_rig.get(k) for k in range(len(libraries))), common)
+            joint = _joined(hypothesis, libraries, rigs, names)
+            if joint:
+                yield joint
+
+
+def alike_on_all(
+    libraries: Sequence[Sequence[Hypothesis]], rigs: Sequence[int], one_design: bool
+) -> Iterator[JointHypothesis]:
+    """Every effect of the kinds that are not in `SHARED` which all the `rigs` may have in one size, from one way of
+    building them or from one bench; none for fewer than two rigs.
+
+    Parameters
+    ----------
+    libraries : (rigs,) the hypotheses of each rig.
+    one_design : whether the manipulator files are the same, so that it may be one rig that was recorded more than once;
+        effects of single parts are left out otherwise.
+    """
+    for hypothesis in libraries[rigs[0]] if len(rigs) > 1 else ():
+        if hypothesis.kind in SHARED or not (hypothesis.of_whole_rig or one_design):
+            continue
+        joint = _joined(hypothesis, libraries, rigs, None)
+        if joint:
+            yield joint
+
+
+def _joined(
+    hypothesis: Hypothesis, libraries: Sequence[Sequence[Hypothesis]], rigs: Sequence[int], names: Sequence[str] | None
+) -> JointHypothesis | None:
+    """The effect of the first of the `rigs` as one that they all have; None where the library of one of them lacks it.
+
+    `names`: of the parameters that they share; None: all.
+    """
+    counterparts = [_counterpart(hypothesis, libraries[rig]) for rig in rigs]
+    if None in counterparts:
+        return None
+    parts = _merged([part for part in counterparts if part], names)
+    by_rig = dict(zip(rigs, parts, strict=True))
+    common = tuple(free.name for free in hypothesis.free if names is None or free.name in names)
+    return JointHypothesis(hypothesis.kind, tuple(by_rig.get(k) for k in range(len(libraries))), common)
 
 
 def _counterpart(hypothesis: Hypothesis, library: Sequence[Hypothesis]) -> Hypothesis | None:

@@ -10,6 +10,7 @@ import numpy as np
 
 from prb3r.diagnosis.confidence import NORMAL_REACH
 from prb3r.diagnosis.fit.joint import JointModel
+from prb3r.diagnosis.library.joint import SHARED
 from prb3r.diagnosis.result.statements import IN_WORDS, Estimate
 from prb3r.diagnosis.search.agreement import (
     ParameterEstimate,
@@ -122,17 +123,17 @@ class Common:
 
     @property
     def sentences(self) -> Iterator[str]:
-        """The result in sentences: whether the evidence favours sharing, each shared parameter, effects that are not
-        shared, each rig's own effects, and remarks."""
-        if not self.shared:
+        """The result in sentences: whether the evidence favours sharing what no rig has its own value of, each shared
+        parameter, effects that are not shared, each rig's own effects, and remarks."""
+        whole = [parameter.quantity for parameter in self.shared if not parameter.own]
+        if not whole:
             yield "The rigs share nothing of what was found: each recording tells its values alone."
         else:
             factor, least = self.log_bayes_factor, self.settings.strong_log_bayes_factor
             ruled = "speak against the view that" if factor < -least else "leave open whether"
             ruled = "bear out that" if factor > least else ruled
-            what = listed([parameter.quantity for parameter in self.shared])
             odds = f"the Bayes factor of that against each recording by itself has ln {factor:.1f}; {least:g} is strong"
-            yield f"The recordings {ruled} the rigs share {what} ({odds})."
+            yield f"The recordings {ruled} the rigs share {listed(whole)} ({odds})."
         yield from (parameter.statement for parameter in self.shared)
         shown = dict(zip(self.recordings, quoted(self.recordings), strict=True))
         for effect, known in self.unshared.items():
@@ -145,12 +146,13 @@ class Common:
             which = f"{shown[known[0]]} alone"
             if len(known) > 1:
                 names = listed([shown[name] for name in known])
-                which = f"{names}, each with its own values, as rigs do not share such effects"
+                which = f"{names}, each with its own values"
             yield f"Of {which}: {', '.join(effects).replace('_', ' ')}."
         yield from (f"note: {remark}" for remark in self.remarks)
 
     def _by_owners(self) -> dict[tuple[str, ...], list[str]]:
-        """Names of the effects that rigs could not share, by the recordings whose rigs have them."""
+        """Names of the effects that are neither of the material nor of its friction, by the recordings whose rigs have
+        them."""
         owners, together = dict[str, list[str]](), dict[tuple[str, ...], list[str]]()
         for name, effects in self.own.items():
             for effect in effects:
@@ -203,9 +205,9 @@ def _own(model: JointModel, rig: int) -> Iterator[str]:
 
 
 def _unshared(together: Together, names: Sequence[str]) -> dict[str, tuple[str, ...]]:
-    """The effects of single rigs that the library of the joint search also holds as shared ones: by the name of the
-    effect, the names of the recordings whose rigs have it."""
-    common = [joint for joint in together.search.library if len(joint.rigs) > 1]
+    """The effects of single rigs that are of the material or its friction, and that the library of the joint search
+    also holds as shared ones: by the name of the effect, the names of the recordings whose rigs have it."""
+    common = [joint for joint in together.search.library if len(joint.rigs) > 1 and joint.kind in SHARED]
     owners = dict[str, tuple[str, ...]]()
     for hypothesis in together.fitted.model.hypotheses:
         effect, rig = hypothesis.first, hypothesis.rigs[0]

@@ -11,16 +11,17 @@ from scipy.special import logit
 from prb3r.diagnosis.fit.covariance import Noise
 from prb3r.diagnosis.fit.joint import JointFit, JointModel
 from prb3r.diagnosis.fit.least_squares import fit
+from prb3r.diagnosis.library import SUSPECTS
 from prb3r.diagnosis.library.groups import Groups
 from prb3r.diagnosis.library.hypothesis import Free, Hypothesis
-from prb3r.diagnosis.library.joint import CONSTANT_GROUPS, JointHypothesis, alone_on, in_common
+from prb3r.diagnosis.library.joint import CONSTANT_GROUPS, SHARED, JointHypothesis, alike_on_all, alone_on, in_common
 from prb3r.diagnosis.library.prior_odds import log_prior_odds
 from prb3r.diagnosis.search.apply import Apply, serially
+from prb3r.diagnosis.search.confounded import jointly_confounded
 from prb3r.diagnosis.search.joint_columns import joint_beginning, joint_linear_model
 from prb3r.diagnosis.search.linear_selection import LinearModel
 from prb3r.diagnosis.search.pool import Pool
 from prb3r.diagnosis.search.search import Search
-from prb3r.diagnosis.settings import Settings
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,23 +36,24 @@ class JointSearch:
     """Runs full fits, in this process or in workers."""
 
 
-def joint_search(
-    alone: Sequence[Search], shared: Mapping[str, tuple[int, ...]], groups: Groups, settings: Settings
-) -> JointSearch:
+def joint_search(alone: Sequence[Search], model: JointModel, groups: Groups) -> JointSearch:
     """The joint search on rigs that were each searched `alone`.
 
     Its library holds the effects that rigs may have in common, every effect of each rig alone, and shared constants of
     which one rig has its own value.  An effect in common has the odds that `log_prior_odds` gives it, or higher
     ones if it was found before.  A value of a rig's own for what it should share has `Settings.parting_presence`.
+    Effects that all rigs of one make may have alike take their part (:func:`_alike_presence`) of the odds of each rig's
+    own.
 
     Parameters
     ----------
-    shared : constants that rigs share, and the numbers of these rigs.
+    model : the joint model without effects: its constants, and what each rig states of them.
     """
+    settings = model.settings
     count, parting = len(alone), float(logit(settings.parting_presence))
     common = list(in_common([search.library for search in alone], groups.of, groups.same_sections))
-    alike = [joint.first for joint in common if joint.first is not None]
-    odds = dict[JointHypothesis, float](zip(common, log_prior_odds(alike, settings), strict=True))
+    shareable = [joint.first for joint in common if joint.first is not None]
+    odds = dict[JointHypothesis, float](zip(common, log_prior_odds(shareable, settings), strict=True))
     for joint in common:
         known = [
             search.log_odds[hypothesis]
@@ -60,20 +62,58 @@ def joint_search(
             if _same(hypothesis, joint)
         ]
         odds[joint] = max([odds[joint], *known])
+    libraries, apart = [search.library for search in alone], dict[tuple[int, Hypothesis], float]()
+    for joint in alike_on_all(libraries, groups.of_one_make, groups.one_design):
+        each = [(rig, _of_place(joint.parts[rig], alone[rig].library)) for rig in joint.rigs]
+        alike = _alike_presence(joint, model)
+        apart |= dict.fromkeys(each, float(np.log1p(-alike)))
+        odds[joint] = max(alone[rig].log_odds[one] for rig, one in each) + float(np.log(alike))
     for rig, search in enumerate(alone):
         could = {
             (shared.kind, part.place): len(shared.rigs) for shared in common if (part := shared.parts[rig]) is not None
         }
         for hypothesis in search.library:
             rigs = could.get((hypothesis.kind, hypothesis.place))  # own effects on all of these cost `parting` in total
-            odds[alone_on(rig, hypothesis, count)] = search.log_odds[hypothesis] + (parting / rigs if rigs else 0.0)
-    for name, sharing in shared.items():
-        sd = {"log_stiffness": settings.modulus_sd, "log_friction": settings.friction_sd}[name]
+            less = parting / rigs if rigs else apart.get((rig, hypothesis), 0.0)
+            odds[alone_on(rig, hypothesis, count)] = search.log_odds[hypothesis] + less
+    for name, sharing in model.shared.items():
         could_part = sharing if len(sharing) > 2 else sharing[1:]  # of two rigs either may be the one that parts
         for rig in could_part:
-            apart = Free(name, 0.0, -settings.farthest, settings.farthest, sd=sd)
-            odds[JointHypothesis(f"own {name}", (None,) * count, (), apart, rig)] = parting - np.log(len(could_part))
+            offset = Free(name, 0.0, -settings.farthest, settings.farthest, sd=_parting_sd(model, name, rig))
+            odds[JointHypothesis(f"own {name}", (None,) * count, (), offset, rig)] = parting - np.log(len(could_part))
     return JointSearch(tuple(odds), odds, alone[0].apply)
+
+
+def _alike_presence(joint: JointHypothesis, model: JointModel) -> float:
+    """Prior probability that all rigs have an effect alike, if one of them has it.
+
+    It is large for what carries over from one design to another, as clamps of one make do, and
+    `Settings.alike_presence` for what belongs to a bench.
+    """
+    settings, first = model.settings, joint.first
+    assert first is not None
+    here, *others = (model.rigs[rig].recording.manipulator for rig in joint.rigs)
+    friction = here.friction.coefficient
+    effect = first.effect(first.starts(friction)[0], friction)
+    carried = [SUSPECTS[joint.kind].transfer(effect, here, other) for other in others]
+    return settings.alike_presence if any(isinstance(one, str) for one in carried) else 1 - settings.parting_presence
+
+
+def _parting_sd(model: JointModel, name: str, rig: int) -> float:
+    """Prior standard deviation of the difference between a rig's own value of a constant and the shared one: that of
+    handbooks, or a smaller one where the files state both values more narrowly."""
+    settings, own = model.settings, model.rigs[rig]
+    of_handbooks = {"log_stiffness": settings.modulus_sd, "log_friction": settings.friction_sd}[name]
+    shared = model.priors[model.varied.index((name, model.shared[name]))]
+    return min(of_handbooks, float(np.hypot(shared, own.priors[own.varied.index(name)])))
+
+
+def _of_place(part: Hypothesis | None, library: Sequence[Hypothesis]) -> Hypothesis:
+    """The hypothesis of a rig's own `library` on the effect that its `part` of a joint hypothesis is."""
+    assert part is not None
+    names = [free.name for free in part.free]
+    same = (one for one in library if (one.kind, one.place) == (part.kind, part.place))
+    return next(one for one in same if [free.name for free in one.free] == names)
 
 
 def _same(hypothesis: Hypothesis, joint: JointHypothesis) -> bool:
@@ -100,6 +140,20 @@ class JointPool(Pool):
         """The hypotheses of the `chosen` columns, and the joint parameters (P,) that a full fit of them begins from."""
         return joint_beginning(fitted, linear, chosen)
 
+    def add_confounded(self, fitted: JointFit) -> None:
+        """Fit a joint model with one more effect each: those that the recordings do not rule out
+        (`Settings.survival_odds`) and beside which the constants are much less certain (:func:`jointly_confounded`)."""
+        linear, present = self.linearised(fitted)
+        among = jointly_confounded(fitted, self.search.library)  # type: ignore[arg-type]
+        rise = np.where(linear.has_any_of(among), linear.additions(present), -np.inf)  # type: ignore[arg-type]
+        best = [k for k in np.argsort(-rise).tolist() if rise[k] >= -np.log(self.settings.survival_odds)]
+        tasks = []
+        for k in best[: self.settings.shortlist]:
+            hypotheses, start = self.beginning(fitted, linear, [*sorted(present), k])
+            tasks.append((replace(fitted.model, hypotheses=hypotheses), start))
+        for wider in self.search.apply(fit_joint, tasks):
+            self.add(wider)
+
     def under_each(self, noises: Sequence[Noise]) -> "JointPool":
         """A new pool under other covariances, one for each recording: the models of `worth_keeping`, refitted."""
         tasks = []
@@ -122,6 +176,7 @@ def start_set(
     chosen: Sequence[Any],
     first: int,
     apart: Collection[str] = (),
+    alike: bool = False,
 ) -> tuple[JointModel, np.ndarray]:
     """The joint model with the effects that were found on each rig alone, and its start parameters (P,).
 
@@ -132,13 +187,17 @@ def start_set(
     chosen : a fit of every rig alone.
     first : the rig from which shared effects and constants take their values.
     apart : kinds of effects, and constants by name, that each rig has for itself although they could be shared.
+    alike : whether all rigs have, of what was found on rig `first`, also those effects that are neither of the material
+        nor of its friction.
     """
     effects: dict[JointHypothesis, np.ndarray] = {}
     for rig in (first, *(k for k in range(len(chosen)) if k != first)):
         fitted = chosen[rig]
         friction, shares = fitted.model.friction(fitted.p), fitted.model.shares(fitted.p)
         for hypothesis, u in zip(fitted.model.hypotheses, shares, strict=True):
-            joint = _in_library(hypothesis, rig, library, apart)
+            joint = _in_library(hypothesis, rig, library, apart, alike)
+            if rig != first and joint not in effects and hypothesis.kind not in SHARED:
+                joint = _in_library(hypothesis, rig, library, apart, alike_too=False)
             part = joint.parts[rig] if joint else None
             if joint is None or part is None or (rig != first and joint not in effects and len(joint.rigs) > 1):
                 continue
@@ -160,11 +219,12 @@ def start_set(
 
 
 def _in_library(
-    hypothesis: Hypothesis, rig: int, library: Sequence[JointHypothesis], apart: Collection[str]
+    hypothesis: Hypothesis, rig: int, library: Sequence[JointHypothesis], apart: Collection[str], alike_too: bool
 ) -> JointHypothesis | None:
     """The joint hypothesis that an effect of one rig corresponds to; None where the library has none.
 
-    It is the one in common if there is one and its kind is not kept `apart`, else the rig's own.
+    It is the one in common if there is one and its kind is not kept `apart`, else the rig's own; of kinds that are not
+    in `SHARED` only if `alike_too`.
     """
     alike = [
         joint
@@ -172,6 +232,6 @@ def _in_library(
         if (part := joint.parts[rig]) is not None
         and (part.kind, part.place) == (hypothesis.kind, hypothesis.place)
         and [free.name for free in part.free] == [free.name for free in hypothesis.free]
-        and (len(joint.rigs) == 1 or joint.kind not in apart)
+        and (len(joint.rigs) == 1 or (joint.kind not in apart and (alike_too or joint.kind in SHARED)))
     ]
     return max(alike, key=lambda joint: len(joint.rigs), default=None)

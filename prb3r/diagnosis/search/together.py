@@ -92,9 +92,10 @@ def choose_together(alone: Sequence[Alone], groups: Groups) -> Together:
     settings = alone[0].choice.fitted.model.settings
     rigs = tuple(replace(part.choice.fitted.model, hypotheses=()) for part in alone)
     model = JointModel(rigs, shared_constants(rigs, groups))
-    search = joint_search([part.search for part in alone], model.shared, groups, settings)
+    search = joint_search([part.search for part in alone], model, groups)
     known_apart = [part._replace(search=_own_search(part.search, k, search)) for k, part in enumerate(alone)]
     explored = _explore(model, search, known_apart)
+    explored.pool.add_confounded(polished(simplest(explored.pool.survivors(), settings)))  # type: ignore[arg-type]
     survivors = explored.pool.survivors()
     fitted: Any = polished(simplest(survivors, settings))
     joined = _on_each(known_apart, explored, fitted, survivors)
@@ -188,7 +189,7 @@ def _starts(model: JointModel, search: JointSearch, alone: Sequence[Alone]) -> l
     """Joint models and their start parameters (P,): without effects, and with the effects that each recording shows.
 
     Shared values are taken from each rig in turn; further starts leave every rig its own constants, its own effects of
-    shared kinds, or both.
+    shared kinds, or both, or give all rigs what one of them has.
     """
     plain = [single.choice.calibrated for single in alone]
     starts, sets = (
@@ -202,6 +203,7 @@ def _starts(model: JointModel, search: JointSearch, alone: Sequence[Alone]) -> l
     for chosen in sets:
         for first in range(len(alone)):
             starts.append(start_set(model, search.library, chosen, first))
+            starts.append(start_set(model, search.library, chosen, first, alike=True))
         for apart in (CONSTANT_GROUPS, SHARED, {**CONSTANT_GROUPS, **SHARED}):
             starts.append(start_set(model, search.library, chosen, 0, apart))
     different = {(whole.hypotheses, p.tobytes()): (whole, p) for whole, p in starts}

@@ -119,6 +119,10 @@ class SearchSettings:
     """Prior probability of an effect that was found before.  Choice: found wrongly, or gone, once in ten."""
     parting_presence: float = 0.1
     """Prior probability that a rig which is said to share something has its own after all.  Choice."""
+    alike_presence: float = 0.5
+    """Prior probability that an effect of the bench, such as a load cell that reads wrong, is there with every rig and
+    of one size, if it is there with one.  Choice: rigs of one make mostly stand on one bench; what is of their making,
+    as their clamps, is alike but for `parting_presence`."""
     tested_together: int = 16
     """Hypotheses that one task tests where a prediction is slow: as many as are differentiated together.  Choice, for
     time."""
