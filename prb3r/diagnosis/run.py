@@ -17,6 +17,7 @@ from prb3r.diagnosis.result.files import default_folder
 from prb3r.diagnosis.result.same_rig import same_geometry
 from prb3r.diagnosis.result.transfer import on_other, supposed
 from prb3r.diagnosis.search.apply import serially
+from prb3r.diagnosis.settings import Settings
 from prb3r.diagnosis.stages import Report
 from prb3r.diagnosis.together import JointDiagnosis, diagnose_together
 from prb3r.errors import Problem, SpecError
@@ -126,6 +127,7 @@ def _judged_on(diagnosis: Diagnosis, others: Sequence[Recording], filed: Manipul
     for other, prediction in carried:
         remarks += [f"{other.name} does without {reason}" for reason in prediction.left_behind]
         remarks += [f"{other.name}: {text}" for text in supposed(prediction.effects)]
+        remarks += _missed(other, prediction.heldout, Settings(**diagnosis.settings))
 
     def judged(effect: NamedEffect, number: int) -> NamedEffect:
         errors = [(other, error) for other, prediction in carried if (error := prediction.without[number])]
@@ -137,6 +139,18 @@ def _judged_on(diagnosis: Diagnosis, others: Sequence[Recording], filed: Manipul
         effects=tuple(judged(effect, number) for number, effect in enumerate(diagnosis.effects)),
         remarks=(*diagnosis.remarks, *remarks),
     )
+
+
+def _missed(other: Recording, error: HeldOut, settings: Settings) -> list[str]:
+    """A sentence on another recording that is missed by more than noise (`Settings.misleading`); else none."""
+    lost = f", and {error.lost} of its readings have no equilibrium" if error.lost else ""
+    size = float(np.sqrt(error.chi2_explained / error.readings)) if error.readings else np.inf
+    if size <= settings.misleading and not lost:
+        return []
+    return [
+        f"{other.name} is missed by {size:.2g} times what noise and tolerances allow{lost}: what was learnt here does "
+        "not predict it; diagnose it too, or both --together"
+    ]
 
 
 def _mended_too(other: Recording, diagnosis: Diagnosis, filed: Manipulator) -> tuple[Recording, str]:

@@ -71,6 +71,11 @@ def test_what_is_likely_but_not_named_is_what_to_look_for_where_all_that_is_name
     said = what_to_do(SimpleNamespace(**vars(found) | {"effects": sure} | around))
     assert said.startswith("Look at the rig itself for " if likely else "Simulate this rig with explained.toml")
     assert [kind for kind in KINDS if kind.replace("_", " ") in said] == [kind for kind in KINDS if kind in likely]
+    none = {"effects": (), "verdict": "adequate"}
+    said = what_to_do(SimpleNamespace(**vars(found) | around | none))
+    kinds = [kind for kind in KINDS if sum(p for those, p in probability.items() if kind in those) > 0.5]
+    assert [kind for kind in KINDS if kind.replace("_", " ") in said] == kinds
+    assert ("no effect needs to be added" in said) == (not kinds)
 
 
 def disputed():

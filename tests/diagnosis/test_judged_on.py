@@ -87,6 +87,14 @@ def test_a_blunder_in_the_steps_may_not_be_in_another_recording():
     assert said in found.remarks
 
 
+def test_another_recording_that_is_missed_is_said_to_be():
+    """A weak plate that was named is not weak on another day: it had been changed."""
+    changed = replace(recorded(Case(hidden=(), seed=5)), name="changed")
+    found = diagnosed_among_few(recorded(Case(seed=3)), [replace(recorded(Case(seed=4)), name="same"), changed])
+    missed = [remark for remark in found.remarks if "diagnose it too, or both --together" in remark]
+    assert [remark.partition(" is missed by ")[0] for remark in missed] == ["changed"]
+
+
 def test_no_recording_is_judged_on_itself():
     """By whatever name."""
     known, copy, third = (replace(other(), name=name) for name in ("known", "copy", "third"))

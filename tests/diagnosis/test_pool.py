@@ -67,3 +67,15 @@ def test_a_model_with_an_effect_that_moves_nothing_does_not_survive(calibrated):
     pool = Pool(Search((flags,), 0), Settings(), [calibrated, with_flags])
     assert len(pool.fits) == 2
     assert [survivor.effects for survivor in pool.survivors()] == [frozenset()]
+
+
+def test_a_fit_that_stopped_elsewhere_is_left_for_a_better_one_from_random_points_around_it(calibrated, library):
+    right = with_effect(calibrated, library, "weakened_plate (plate 4)")
+    model, p = right.model, right.p + 4 * np.sqrt(np.diag(right.covariance))
+    solved = model.solve(p)
+    stopped = model.fitted(p, model.residuals(p, solved), model.jacobian(p, solved), solved, True)
+    assert calibrated.chi2 > stopped.chi2 > right.chi2 + 4
+    pool = Pool(Search(library, 0), Settings(), [calibrated, stopped])
+    assert pool.restart()
+    assert pool.best.chi2 == pytest.approx(right.chi2, abs=Settings().idle_gain)
+    assert not pool.restart()

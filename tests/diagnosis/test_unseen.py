@@ -246,6 +246,10 @@ def test_of_models_that_explain_what_was_fitted_alike_the_one_stands_that_predic
         said = [remark for remark in found.remarks if "would explain what was fitted too" in remark]
         assert [remark.partition(":")[0] for remark in said] == ["constants alone", "weakened_plate (plate 2)"]
         assert any("it confirms nothing" in remark for remark in found.remarks) == (first is poor)
+    halfway = replace(good, fitted=replace(good.fitted, converged=False))
+    found = check(replace(searched, choice=replace(choice, fitted=wrong, survivors=(poor, halfway, plain))))
+    assert found.choice.fitted.converged  # no verdict rests on a fit that has not
+    assert found.verdict != "unexplained"
 
 
 def test_effects_that_two_others_replace_together_are_not_sure_of_their_place():

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from prb3r.diagnosis.checks.unseen import Unseen
+from prb3r.diagnosis.fit.least_squares import polished
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.search.search import Search, examine
 from prb3r.diagnosis.search.selection import Choice
@@ -16,7 +17,8 @@ def predicting(choice: Choice, fresh: Unseen | None, search: Search) -> Choice:
     If the chosen model does not predict them, the most probable model that does takes its place.  That one may have no
     more effects than the chosen model: further effects have to be named by the evidence of the fitted sequences alone.
     Otherwise, if the chosen model is a proper part of the most probable one, its place is taken by the smallest part
-    that contains it and is not much less probable by fitted and held-out sequences together.
+    that contains it and is not much less probable by fitted and held-out sequences together.  A model that takes its
+    place is fitted until it converges, as the verdict rests on it.
     """
     if fresh is None:
         return choice
@@ -25,9 +27,15 @@ def predicting(choice: Choice, fresh: Unseen | None, search: Search) -> Choice:
         likely = [s.fitted for s in choice.survivors if s.probability >= least and len(s.effects) <= count]
         other = next((fitted for fitted in likely if not fresh.refutes(fitted)), None)
         if other is not None:
-            return replace(choice, fitted=other, scores=examine(other, search))
+            return _with(other, choice, search)
     fuller = _by_all_sequences(choice, fresh)
-    return choice if fuller is choice.fitted else replace(choice, fitted=fuller, scores=examine(fuller, search))
+    return choice if fuller is choice.fitted else _with(fuller, choice, search)
+
+
+def _with(other: Fit, choice: Choice, search: Search) -> Choice:
+    """The choice with another model, fitted until it converges, and the scores of what that leaves."""
+    fitted = other if other.converged else polished(other)
+    return replace(choice, fitted=fitted, scores=examine(fitted, search))
 
 
 def _by_all_sequences(choice: Choice, fresh: Unseen) -> Fit:

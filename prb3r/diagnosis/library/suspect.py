@@ -157,7 +157,7 @@ def rare(settings: Settings) -> float:
 
 
 OF_A_PART = left_behind("is a fault of one part of this rig")
-OF_THE_SETUP = left_behind("belongs to the set-up of this recording")
+OF_THE_SETUP = left_behind("belongs to the set-up of this recording; a design on the same bench needs it in its file")
 
 
 @dataclass(frozen=True)

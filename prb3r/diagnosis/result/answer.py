@@ -79,7 +79,7 @@ def _after_the_setup(diagnosis: Diagnosis) -> str:
     if diagnosis.why:
         return _where_unexplained(diagnosis)
     if diagnosis.verdict == "adequate":
-        return "Simulate this rig with calibrated.toml; no effect needs to be added."
+        return f"Simulate this rig with calibrated.toml; {_where_nothing_is_named(diagnosis)}."
     carried = "prb3r predict takes what was learnt to other designs"
     if diagnosis.verdict == "explained":
         unseen = "" if diagnosis.heldout else " Record three sequences or more to confirm it: none was set aside."
@@ -101,6 +101,14 @@ def _after_the_setup(diagnosis: Diagnosis) -> str:
     return (
         f"Look at the rig itself for {kinds}: no load program that was tried tells {questions}. Until then {weighed}."
     )
+
+
+def _where_nothing_is_named(diagnosis: Diagnosis) -> str:
+    """What is said of effects where none is named: that none is needed, or which may be there nevertheless."""
+    unnamed = likely_unnamed(diagnosis)
+    if not unnamed:
+        return "no effect needs to be added"
+    return f"no effect is sure enough to be added, though {in_words(unnamed)} may be there, likelier than not"
 
 
 def _open_question(effect: NamedEffect) -> str:

@@ -155,6 +155,21 @@ class Pool:
         self.fit_parts()
         return self.evidence[self.ranked[0]] - before > self.settings.better_exchanged
 
+    def restart(self) -> bool:
+        """Fit the best model anew from `Settings.restarts` random points around its fit.
+
+        Each parameter is scattered by `Settings.restart_sd` posterior standard deviations, or by that of its prior if
+        this is less.  Returns whether the largest ln evidence rises by more than `Settings.better_exchanged`.
+        """
+        before, best = self.evidence[self.ranked[0]], self.best
+        posterior = np.sqrt(np.diag(best.covariance))
+        scatter = np.minimum(self.settings.restart_sd * posterior, best.model.deviations)
+        away = np.random.default_rng(self.search.seed).standard_normal((self.settings.restarts, len(best.p)))
+        limit = self._give_up_above(best.model.hypotheses)
+        for again in self.search.apply(_fitted, [(best.model, best.p + scatter * each, limit) for each in away]):
+            self.add(again)
+        return self.evidence[self.ranked[0]] - before > self.settings.better_exchanged
+
     def thin(self) -> None:
         """Leave one effect after another out of the best model as long as the model without it is more probable.
 

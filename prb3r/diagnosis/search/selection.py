@@ -232,6 +232,18 @@ def exchange_effects(explored: Explored, search: Search) -> Explored:
     return explored
 
 
+def begun_anew(explored: Explored, search: Search) -> Explored | None:
+    """A further search from a better fit of the best model, begun at random points around it (`Pool.restart`).
+
+    A fit ends in the valley of chi-square that it begins in, and where plates soften until something stops them there
+    are several.  None if no fit is better, if predictions are slow, or if the best model has no effects.
+    """
+    pool = explored.pool
+    if pool.best.costly or not pool.best.model.hypotheses or not pool.restart():
+        return None
+    return exchange_effects(explore_until_settled(pool, search, explored.doubts), search)
+
+
 def choose(explored: Explored, search: Search) -> Choice:
     """The choice at the end of a search, with tests of the residuals of the chosen and of the most probable model.
 

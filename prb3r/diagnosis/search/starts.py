@@ -16,7 +16,14 @@ from prb3r.diagnosis.search.pairs import paired
 from prb3r.diagnosis.search.pool import Pool
 from prb3r.diagnosis.search.saturated import eliminated, saturated
 from prb3r.diagnosis.search.search import Search
-from prb3r.diagnosis.search.selection import Choice, Explored, choose, exchange_effects, explore_until_settled
+from prb3r.diagnosis.search.selection import (
+    Choice,
+    Explored,
+    begun_anew,
+    choose,
+    exchange_effects,
+    explore_until_settled,
+)
 from prb3r.diagnosis.search.small_loads import from_small_loads
 from prb3r.diagnosis.search.worth import worth_of
 
@@ -37,7 +44,7 @@ def search_effects(calibrated: Fit, search: Search, doubts: Doubts, least_worth:
 
     If a prediction is slow, the constants alone are the only start beside 1, tried if 1 does not explain the recording.
     The search then goes on from the best result by exchanging effects, with the best models of the other starts in its
-    pool.
+    pool, and, where the choice leaves more than noise, by random restarts (:func:`begun_anew`).
 
     Parameters
     ----------
@@ -50,8 +57,15 @@ def search_effects(calibrated: Fit, search: Search, doubts: Doubts, least_worth:
             best = other
     explored = best.explored.sought_by(search)
     add_refitted([result.best for result in results if result is not best], explored.pool)
-    settled = explored if worth_of_first_start < least_worth else exchange_effects(explored, search)
-    return replace(choose(settled, search), worth_of_first_start=worth_of_first_start)
+    if worth_of_first_start < least_worth:
+        return replace(choose(explored, search), worth_of_first_start=worth_of_first_start)
+    settled = exchange_effects(explored, search)
+    choice = choose(settled, search)
+    for _ in range(calibrated.model.settings.exchanges):
+        if not choice.structured or (again := begun_anew(settled, search)) is None:
+            break
+        settled, choice = again, choose(again, search)
+    return replace(choice, worth_of_first_start=worth_of_first_start)
 
 
 def search_from_known(calibrated: Fit, search: Search, doubts: Doubts) -> Choice:
