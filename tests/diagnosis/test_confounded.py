@@ -39,7 +39,7 @@ def test_an_effect_widens_the_modulus_as_a_fit_beside_it_does(constants):
     whole = np.block([[jacobian, column], [np.zeros((1, len(fitted.p))), np.ones((1, 1))]])
     beside = np.linalg.inv(whole.T @ whole)
     added = np.sqrt(np.diag(beside)[:-1] - np.diag(np.linalg.inv(jacobian.T @ jacobian)))
-    np.testing.assert_allclose(widening(fitted, change), added, rtol=1e-6)
+    np.testing.assert_allclose(widening(fitted, fitted.model.noise.whiten(change)), added, rtol=1e-6)
 
 
 def test_soft_parts_are_confounded_with_the_modulus_and_a_dead_cable_is_not(constants):
