@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 
+@pytest.mark.long
 @pytest.mark.skipif(not hasattr(fuzz.signal, "SIGALRM"), reason="needs alarms")
 def test_every_mutated_file_is_right_or_refused_in_a_sentence(tmp_path):
     found = {(number, path.name): result for number, path, result in fuzz.tried(range(250), tmp_path)}

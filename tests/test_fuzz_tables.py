@@ -132,6 +132,7 @@ def recording(tmp_path_factory):
     return ended, {path.name: content for path, content in kept.items()}
 
 
+@pytest.mark.long
 @SETTINGS
 @hypothesis.given(st.data())
 def test_any_table_of_a_recording_is_right_or_refused(recording, data):

@@ -67,12 +67,19 @@ def test_what_one_rig_has_is_alike_on_all_or_its_own_and_both_together_are_as_pr
 
 
 def test_a_part_is_alike_only_where_it_may_be_the_same_part(tmp_path):
-    def has_weak_plate_in_common(recorded):
+    def in_common(recorded):
         search, _ = searched(recorded)
-        return any(joint.kind == "weakened_plate" and len(joint.rigs) == 2 for joint in search.library)
+        return {(joint.kind, joint.first.place) for joint in search.library if len(joint.rigs) == 2}
 
-    assert not has_weak_plate_in_common(recordings(tmp_path))
-    assert has_weak_plate_in_common(recordings(tmp_path / "twice", ("short", "short")))
+    plate, sensor, hole = (
+        ("weakened_plate", (("plate", 1),)),
+        ("tension_offset", (("cables", ("a",)),)),
+        ("hole_offset", (("cable", "a"),)),
+    )
+    sisters, twice = in_common(recordings(tmp_path)), in_common(recordings(tmp_path / "twice", ("short", "short")))
+    assert sensor in sisters  # of one bench
+    assert not sisters & {plate, hole}
+    assert {plate, sensor, hole} <= twice
 
 
 def test_rigs_that_share_nothing_have_nothing_alike(tmp_path):

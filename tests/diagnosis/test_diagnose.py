@@ -175,6 +175,7 @@ def test_weights_that_are_wrong_again_and_again_on_one_cable_are_no_slips():
     assert "more than a slip of a label" in found.why
 
 
+@pytest.mark.long
 def test_three_effects_at_once_are_found():
     several = [
         effect("weakened_plate", plate=2, factor=0.5),
@@ -291,6 +292,7 @@ def test_what_is_unexplained_is_told_as_it_predicts_best_and_held_against_that()
     assert held.rmse_explained_rad == pytest.approx(float(np.sqrt(np.mean(misfit[angles] ** 2))))
 
 
+@pytest.mark.long
 def test_a_camera_that_moved_between_sequences_is_unexplained():
     recording = recorded(case(seed=1))
     shifted = (recording.of_sequence == 1)[recording.readings.step] & (recording.readings.kind == Kind.Y)

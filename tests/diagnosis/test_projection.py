@@ -94,6 +94,7 @@ def test_settings_are_in_the_record():
     )
 
 
+@pytest.mark.long
 def test_the_same_seed_gives_the_same_bytes(tmp_path):
     """In one process: another one may have compiled the kernels anew, which can move the tenth digit."""
     recording = prb3r.load_recording(write_recording(tmp_path / "rig"))

@@ -113,6 +113,7 @@ def test_cables_that_turn_back_alone_are_no_reason_to_name_static_friction(frict
     assert (found.verdict, found.effects) == ("adequate", ())
 
 
+@pytest.mark.long
 def test_cables_that_hardly_turn_back_leave_static_friction_ambiguous():
     """Nothing slips by less than 30 N: a load cell that is not linear reads nearly the same, and this is said."""
     sticks = (("kind", "breakaway_friction"), ("excess", 0.6), ("decay_n", 30.0))

@@ -126,6 +126,7 @@ def test_forgotten_slips_are_taken_from_the_tensions_and_give_the_friction_back(
     np.testing.assert_array_equal(again.loads.slip, right.loads.slip)
 
 
+@pytest.mark.long
 def test_what_is_sure_is_not_held_against_a_search_for_effects_in_its_place(monkeypatch):
     """The tables speak for forgotten slips, and without effects the readings do as much as for any other blunder."""
     lossy = recorded(Case(hidden=(tuple(LOSSY.items()),), program="reversing"))

@@ -89,6 +89,7 @@ def test_a_blunder_that_effects_hide_shows_beside_those_that_were_found():
     assert moved.blunder == "the pictures of sequence mixed belong to the step before the one they are noted at"
 
 
+@pytest.mark.long
 def test_steps_that_are_exchanged_are_said():
     """Their weights are not believed, each being the other's; beside a plate that is weak."""
     found = investigate(Task(steps_swapped(recorded(), "mixed", 2, 3), without=RUBBING | YIELDING))

@@ -44,6 +44,7 @@ def test_a_modulus_that_contradicts_what_is_stated_need_be_no_effect():
     assert any(not model.effects for model in known.models)
 
 
+@pytest.mark.long
 def test_of_friction_it_is_said_too():
     recording = recorded(Case(hidden=()))
     filed = recording.manipulator.friction
@@ -53,6 +54,7 @@ def test_of_friction_it_is_said_too():
     assert "what [prior] states of the friction coefficient (within 10 %)" in remark
 
 
+@pytest.mark.long
 def test_what_is_stated_is_not_doubted_where_it_is_near_or_constants_do_not_explain_all():
     assert doubts(diagnosis_of(misfiled(Case(hidden=()), youngs_modulus=0.2))) == []
     assert doubts(diagnosis_of(misfiled(Case(), youngs_modulus=0.05))) == []  # one plate is weak

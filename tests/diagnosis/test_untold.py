@@ -58,6 +58,7 @@ def test_sequences_that_go_from_rest_to_large_loads_are_searched(tmp_path):
     assert [effect.kind for effect in found.effects] == ["weakened_plate"]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", range(4))
 def test_a_sequence_that_was_read_otherwise_is_held_against_what_was_found(tmp_path, seed):
     """Of one of four only angles were read, and two more were not read at all."""

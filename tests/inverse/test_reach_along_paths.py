@@ -112,6 +112,7 @@ def test_a_step_without_a_pull_holds_the_tensions_and_takes_its_time(monkeypatch
     assert places[[0, 2, 3]] == pytest.approx(WAY.to_numpy()[[0, 2, 3]], abs=1e-6)
 
 
+@pytest.mark.long
 def test_where_no_cable_is_pulled_the_straight_manipulator_is_drawn_with_the_targets(tmp_path):
     runs_away = with_effects(FREE, {"kind": "empirical_moment", "terms": [{"of": "tension", "coefficient": -1e3}]})
     for answer in (prb3r.reach(runs_away, path=WAY[:2]), prb3r.reach(FREE, x_m=0.202, y_m=0.0)):

@@ -23,6 +23,7 @@ def allow(monkeypatch, sequence, step=0):
     monkeypatch.setattr(budget, "OF_STEP", step)
 
 
+@pytest.mark.long
 def test_a_step_that_may_take_no_more_gives_up_and_says_how_far_it_came(monkeypatch, chain):
     steps = loads(chain, PULLS, tip=(2.0, 1.0))
     enough = int(solve_chain(chain, steps).work.sum())

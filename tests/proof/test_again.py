@@ -14,6 +14,7 @@ RUN = {"cases": 2, "seed": 71}
 CLASSES = "clean", "imperfect-clean"
 
 
+@pytest.mark.long
 def test_a_recording_of_a_run_is_written_as_the_run_has_it(tmp_path):
     stages = stages_of(**RUN, jobs=1, say=lambda text: None, kept=None, classes=CLASSES)
     concealed = concealed_recordings(**RUN, stages=stages, classes=CLASSES)

@@ -70,6 +70,7 @@ def superelastic_sections(rng):
     return {"kind": "superelastic_plate"} | plateau, tube
 
 
+@pytest.mark.long
 def test_engine_and_rig_agree_on_sections_that_pass_a_plateau():
     """A table of moments over curvatures on one side, of curvatures over moments on the other; up to where the first
     ends."""

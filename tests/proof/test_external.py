@@ -27,6 +27,7 @@ def judged(number, cls):
     return OpenedCase(label, verdict, design.friction)
 
 
+@pytest.mark.long
 def test_nothing_is_said_of_a_rig_that_is_merely_imperfect():
     case = judged(0, "imperfect-clean")
     assert case.verdict.verdict == "adequate"

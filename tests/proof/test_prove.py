@@ -218,6 +218,7 @@ def test_physics_outside_the_library_goes_to_another_design_unless_it_is_of_one_
     assert [bool(np.abs(x - plain).max() > 1e-5) for x in moved] == [True, True, False]
 
 
+@pytest.mark.long
 def test_labels_are_the_same_again():
     design = short_design((SEED, 5, Flavour.POOR))
     asked = [Request(0, SEED, "confusable", 1, "", 5.0), Request(1, SEED, "decoy", 1, "weight")]

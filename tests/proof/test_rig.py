@@ -136,6 +136,7 @@ def test_elements_converge():
     assert errors[2] < 1e-9
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("direction", ["declared", "history"])
 def test_so_many_elements_are_taken_that_more_move_nothing_that_is_read(direction):
     """Of a plate without hysteresis; one with it takes more of them."""

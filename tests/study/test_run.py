@@ -164,6 +164,7 @@ def test_results_that_cannot_be_written_are_refused_before_work(spec, tmp_path):
         go(spec, tmp_path / "file")
 
 
+@pytest.mark.long
 def test_an_interrupted_run_keeps_what_it_has_and_goes_on(tmp_path):
     spec, out = tmp_path / "trial.toml", tmp_path / "out"
     many = SPEC.replace("values = [20, 60]", "linspace = { from = 1, to = 60, count = 600 }").replace(

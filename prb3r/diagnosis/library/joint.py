@@ -15,7 +15,7 @@ import numpy as np
 
 from prb3r.diagnosis.library import SUSPECTS
 from prb3r.diagnosis.library.hypothesis import Free, Hypothesis
-from prb3r.diagnosis.library.suspect import Group, Shared
+from prb3r.diagnosis.library.suspect import OF_THE_SETUP, Group, Shared
 
 SHARED: Mapping[str, Shared] = MappingProxyType(
     {kind: suspect.shared for kind, suspect in SUSPECTS.items() if suspect.shared}
@@ -203,10 +203,12 @@ def alike_on_all(
     ----------
     libraries : (rigs,) the hypotheses of each rig.
     one_design : whether the manipulator files are the same, so that it may be one rig that was recorded more than once;
-        effects of single parts are left out otherwise.
+        effects of single parts are left out otherwise, but for those of a bench at single cables.
     """
     for hypothesis in libraries[rigs[0]] if len(rigs) > 1 else ():
-        if hypothesis.kind in SHARED or not (hypothesis.of_whole_rig or one_design):
+        of_bench = SUSPECTS[hypothesis.kind].transfer is OF_THE_SETUP
+        at_cables = of_bench and {name for name, _ in hypothesis.place} <= {"cables"}
+        if hypothesis.kind in SHARED or not (hypothesis.of_whole_rig or one_design or at_cables):
             continue
         joint = _joined(hypothesis, libraries, rigs, None)
         if joint:
