@@ -112,6 +112,10 @@ class Hypothesis:
     """Whether the chain with the effect, however small, is of another structure than without (`scope.structure`), so
     that readings cannot be differentiated around a chain that lacks the effect."""
 
+    def same_effect(self, other: "Hypothesis") -> bool:
+        """Whether both are the same kind of effect at the same place, whatever their bounds."""
+        return (self.kind, self.place) == (other.kind, other.place)
+
     @property
     def of_whole_rig(self) -> bool:
         """Whether the effect concerns the whole rig, not some of its parts alone."""

@@ -133,7 +133,7 @@ class JointHypothesis:
         if self == other or (self.parting and other.parting and (self.kind, self.parted) == (other.kind, other.parted)):
             return True
         pairs = zip(self.parts, other.parts, strict=True)
-        return any(here and there and (here.excludes(there) or _alike(here, there)) for here, there in pairs)
+        return any(here and there and (here.excludes(there) or here.same_effect(there)) for here, there in pairs)
 
     def starts(self, frictions: Sequence[float]) -> list[np.ndarray]:
         """Points `u` (k,), in the order of `slots`, from which a fit begins; `frictions` are the calibrated
@@ -152,11 +152,6 @@ class JointHypothesis:
                 u[self.places(rig)] = probes[rig][k]  # type: ignore[index]
             out.append(u)
         return out
-
-
-def _alike(first: Hypothesis, other: Hypothesis) -> bool:
-    """Whether two hypotheses are the same kind of effect at the same place, whatever their bounds."""
-    return (first.kind, first.place) == (other.kind, other.place)
 
 
 def alone_on(rig: int, hypothesis: Hypothesis, count: int) -> JointHypothesis:
@@ -222,7 +217,7 @@ def _joined(
 
     `names`: of the parameters that they share; None: all.
     """
-    counterparts = [_counterpart(hypothesis, libraries[rig]) for rig in rigs]
+    counterparts = [counterpart(hypothesis, libraries[rig]) for rig in rigs]
     if None in counterparts:
         return None
     parts = _merged([part for part in counterparts if part], names)
@@ -231,11 +226,12 @@ def _joined(
     return JointHypothesis(hypothesis.kind, tuple(by_rig.get(k) for k in range(len(libraries))), common)
 
 
-def _counterpart(hypothesis: Hypothesis, library: Sequence[Hypothesis]) -> Hypothesis | None:
-    """The hypothesis of another rig's `library` on the same effect at the same place with the same parameters, if there
-    is one."""
+def counterpart(hypothesis: Hypothesis, library: Sequence[Hypothesis]) -> Hypothesis | None:
+    """The hypothesis of a `library` on the same effect at the same place with the same parameters, if there is one."""
     names = [free.name for free in hypothesis.free]
-    alike = (other for other in library if _alike(hypothesis, other) and [free.name for free in other.free] == names)
+    alike = (
+        other for other in library if hypothesis.same_effect(other) and [free.name for free in other.free] == names
+    )
     return next(alike, None)
 
 

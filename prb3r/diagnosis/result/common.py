@@ -212,11 +212,7 @@ def _unshared(together: Together, names: Sequence[str]) -> dict[str, tuple[str, 
     for hypothesis in together.fitted.model.hypotheses:
         effect, rig = hypothesis.first, hypothesis.rigs[0]
         could = [part for joint in common if (part := joint.parts[rig]) is not None]
-        if (
-            effect
-            and len(hypothesis.rigs) == 1
-            and any((part.kind, part.place) == (effect.kind, effect.place) for part in could)
-        ):
+        if effect and len(hypothesis.rigs) == 1 and any(part.same_effect(effect) for part in could):
             owners[effect.name] = (*owners.get(effect.name, ()), names[rig])
     return owners
 

@@ -6,19 +6,17 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
-from scipy.special import logit
 
 from prb3r.diagnosis.fit.covariance import Noise
 from prb3r.diagnosis.fit.joint import JointFit, JointModel
 from prb3r.diagnosis.fit.least_squares import fit
-from prb3r.diagnosis.library import SUSPECTS
 from prb3r.diagnosis.library.groups import Groups
-from prb3r.diagnosis.library.hypothesis import Free, Hypothesis
-from prb3r.diagnosis.library.joint import CONSTANT_GROUPS, SHARED, JointHypothesis, alike_on_all, alone_on, in_common
-from prb3r.diagnosis.library.prior_odds import log_prior_odds
+from prb3r.diagnosis.library.hypothesis import Hypothesis
+from prb3r.diagnosis.library.joint import CONSTANT_GROUPS, SHARED, JointHypothesis
 from prb3r.diagnosis.search.apply import Apply, serially
 from prb3r.diagnosis.search.confounded import jointly_confounded
 from prb3r.diagnosis.search.joint_columns import joint_beginning, joint_linear_model
+from prb3r.diagnosis.search.joint_odds import joint_log_odds
 from prb3r.diagnosis.search.linear_selection import LinearModel
 from prb3r.diagnosis.search.pool import Pool
 from prb3r.diagnosis.search.search import Search
@@ -37,90 +35,13 @@ class JointSearch:
 
 
 def joint_search(alone: Sequence[Search], model: JointModel, groups: Groups) -> JointSearch:
-    """The joint search on rigs that were each searched `alone`.
+    """The joint search on rigs that were each searched `alone`, from the joint `model` without effects.
 
-    Its library holds the effects that rigs may have in common, every effect of each rig alone, and shared constants of
-    which one rig has its own value.  An effect in common has the odds that `log_prior_odds` gives it, or higher
-    ones if it was found before.  A value of a rig's own for what it should share has `Settings.parting_presence`.
-    Effects that all rigs of one make may have alike take their part (:func:`_alike_presence`) of the odds of each rig's
-    own.
-
-    Parameters
-    ----------
-    model : the joint model without effects: its constants, and what each rig states of them.
+    Its library holds the effects that rigs share or may have alike, every effect of each rig alone, and shared
+    constants of which one rig has its own value.
     """
-    settings = model.settings
-    count, parting = len(alone), float(logit(settings.parting_presence))
-    common = list(in_common([search.library for search in alone], groups.of, groups.same_sections))
-    shareable = [joint.first for joint in common if joint.first is not None]
-    odds = dict[JointHypothesis, float](zip(common, log_prior_odds(shareable, settings), strict=True))
-    for joint in common:
-        known = [
-            search.log_odds[hypothesis]
-            for search in alone
-            for hypothesis in search.assumed.values
-            if _same(hypothesis, joint)
-        ]
-        odds[joint] = max([odds[joint], *known])
-    libraries, apart = [search.library for search in alone], dict[tuple[int, Hypothesis], float]()
-    for joint in alike_on_all(libraries, groups.of_one_make, groups.one_design):
-        each = [(rig, _of_place(joint.parts[rig], alone[rig].library)) for rig in joint.rigs]
-        alike = _alike_presence(joint, model)
-        apart |= dict.fromkeys(each, float(np.log1p(-alike)))
-        odds[joint] = max(alone[rig].log_odds[one] for rig, one in each) + float(np.log(alike))
-    for rig, search in enumerate(alone):
-        could = {
-            (shared.kind, part.place): len(shared.rigs) for shared in common if (part := shared.parts[rig]) is not None
-        }
-        for hypothesis in search.library:
-            rigs = could.get((hypothesis.kind, hypothesis.place))  # own effects on all of these cost `parting` in total
-            less = parting / rigs if rigs else apart.get((rig, hypothesis), 0.0)
-            odds[alone_on(rig, hypothesis, count)] = search.log_odds[hypothesis] + less
-    for name, sharing in model.shared.items():
-        could_part = sharing if len(sharing) > 2 else sharing[1:]  # of two rigs either may be the one that parts
-        for rig in could_part:
-            offset = Free(name, 0.0, -settings.farthest, settings.farthest, sd=_parting_sd(model, name, rig))
-            odds[JointHypothesis(f"own {name}", (None,) * count, (), offset, rig)] = parting - np.log(len(could_part))
-    return JointSearch(tuple(odds), odds, alone[0].apply)
-
-
-def _alike_presence(joint: JointHypothesis, model: JointModel) -> float:
-    """Prior probability that all rigs have an effect alike, if one of them has it.
-
-    It is large for what carries over from one design to another, as clamps of one make do, and
-    `Settings.alike_presence` for what belongs to a bench.
-    """
-    settings, first = model.settings, joint.first
-    assert first is not None
-    here, *others = (model.rigs[rig].recording.manipulator for rig in joint.rigs)
-    friction = here.friction.coefficient
-    effect = first.effect(first.starts(friction)[0], friction)
-    carried = [SUSPECTS[joint.kind].transfer(effect, here, other) for other in others]
-    return settings.alike_presence if any(isinstance(one, str) for one in carried) else 1 - settings.parting_presence
-
-
-def _parting_sd(model: JointModel, name: str, rig: int) -> float:
-    """Prior standard deviation of the difference between a rig's own value of a constant and the shared one: that of
-    handbooks, or a smaller one where the files state both values more narrowly."""
-    settings, own = model.settings, model.rigs[rig]
-    of_handbooks = {"log_stiffness": settings.modulus_sd, "log_friction": settings.friction_sd}[name]
-    shared = model.priors[model.varied.index((name, model.shared[name]))]
-    return min(of_handbooks, float(np.hypot(shared, own.priors[own.varied.index(name)])))
-
-
-def _of_place(part: Hypothesis | None, library: Sequence[Hypothesis]) -> Hypothesis:
-    """The hypothesis of a rig's own `library` on the effect that its `part` of a joint hypothesis is."""
-    assert part is not None
-    names = [free.name for free in part.free]
-    same = (one for one in library if (one.kind, one.place) == (part.kind, part.place))
-    return next(one for one in same if [free.name for free in one.free] == names)
-
-
-def _same(hypothesis: Hypothesis, joint: JointHypothesis) -> bool:
-    """Whether a part of a joint hypothesis has the kind and place of `hypothesis`."""
-    return any(
-        part is not None and (part.kind, part.place) == (hypothesis.kind, hypothesis.place) for part in joint.parts
-    )
+    log_odds = joint_log_odds(alone, model, groups)
+    return JointSearch(tuple(log_odds), log_odds, alone[0].apply)
 
 
 def shared_constants(models: Sequence[Any], groups: Groups) -> dict[str, tuple[int, ...]]:
@@ -226,12 +147,12 @@ def _in_library(
     It is the one in common if there is one and its kind is not kept `apart`, else the rig's own; of kinds that are not
     in `SHARED` only if `alike_too`.
     """
-    alike = [
+    same = [
         joint
         for joint in library
         if (part := joint.parts[rig]) is not None
-        and (part.kind, part.place) == (hypothesis.kind, hypothesis.place)
+        and part.same_effect(hypothesis)
         and [free.name for free in part.free] == [free.name for free in hypothesis.free]
         and (len(joint.rigs) == 1 or (joint.kind not in apart and (alike_too or joint.kind in SHARED)))
     ]
-    return max(alike, key=lambda joint: len(joint.rigs), default=None)
+    return max(same, key=lambda joint: len(joint.rigs), default=None)
