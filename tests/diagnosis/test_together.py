@@ -196,6 +196,15 @@ def test_what_a_rig_has_its_own_value_of_is_not_said_to_be_shared():
     assert "do not agree on the friction coefficient" in second
 
 
+def test_an_effect_that_is_named_after_what_it_is_measured_by_is_not_named_twice():
+    estimate = Estimate(0.005, 0.004, 0.006)
+    soft = SharedParameter(
+        "clamp_compliance", "compliance_rad_per_n_m", ("a", "b"), estimate, (estimate,) * 2, 1, True, 1, ()
+    )
+    assert soft.quantity == "the clamp compliance"
+    assert replace(soft, effect="notch_closing", parameter="factor").quantity == "the factor of notch closing"
+
+
 def test_recordings_agree_where_two_of_them_tell_the_same():
     estimate = Estimate(0.3, 0.2, 0.4)
     told = SharedParameter("", "friction_coefficient", ("a", "b"), estimate, (estimate,) * 2, 1.0, True, 1.0, ())

@@ -62,9 +62,11 @@ class SharedParameter:
 
     @property
     def quantity(self) -> str:
-        """The parameter and its effect in words."""
-        of_effect = f" of {self.effect.replace('_', ' ')}" if self.effect else ""
-        return self._in_words[0] + of_effect
+        """The parameter and its effect in words; the effect alone where its name says what it is measured by."""
+        words, effect = self._in_words[0], self.effect.replace("_", " ")
+        if not effect:
+            return words
+        return f"the {effect}" if words.split()[-1] in effect else f"{words} of {effect}"
 
     @property
     def _in_words(self) -> tuple[str, float, str]:

@@ -69,6 +69,7 @@ def _values(axes, shared: SharedParameter, names: Sequence[str]) -> None:
     axes.set_yticks(range(len(names)), ["\n".join(wrap(style.literal(name), WIDEST_NAME)) for name in names])
     axes.set_ylim(len(names) - 0.5, -0.5)
     axes.grid(False, axis="y")
+    axes.locator_params(axis="x", nbins=4)
     axes.set_xlabel(f"{words} ({unit})" if unit else words)
     axes.set_title(say.spaced(shared.effect) if shared.effect else "constants", pad=3)
 
