@@ -9,13 +9,16 @@ from diagnosis.sisters import E, write_sister
 from prb3r.diagnosis.fit.calibrate import nominal_noise
 from prb3r.diagnosis.fit.constants import Constants
 from prb3r.diagnosis.fit.joint import JointModel
+from prb3r.diagnosis.fit.least_squares import fit
 from prb3r.diagnosis.fit.model import Model
 from prb3r.diagnosis.fit.prediction import predictor
 from prb3r.diagnosis.known import Task
 from prb3r.diagnosis.library import hypotheses
 from prb3r.diagnosis.library.groups import groups_of
 from prb3r.diagnosis.library.scope import Scope
-from prb3r.diagnosis.search.joint_pool import joint_search, shared_constants
+from prb3r.diagnosis.search.confounded import widening
+from prb3r.diagnosis.search.joint_columns import moved_together
+from prb3r.diagnosis.search.joint_pool import JointPool, joint_search, shared_constants
 from prb3r.diagnosis.search.search import Search
 from prb3r.diagnosis.settings import Settings
 from prb3r.diagnosis.together import diagnose_together
@@ -96,6 +99,28 @@ def test_a_value_of_a_rigs_own_is_as_near_the_shared_one_as_both_are_stated(tmp_
     own = next(joint for joint in search.library if joint.parting and joint.kind == "own log_stiffness")
     expected = np.sqrt(2) * stated if stated else Settings().modulus_sd
     assert own.parting.prior_sd == pytest.approx(expected, rel=0.05)
+
+
+def test_what_leaves_shared_constants_uncertain_is_fitted_beside_them(tmp_path):
+    """Clamps on all rigs widen the modulus as the normal matrix of the model that has them says."""
+    recorded = recordings(tmp_path, own=tuple(SOFT.items()))
+    search, _ = searched(recorded)
+    rigs = tuple(Model(predict, nominal_noise(predict)) for predict in map(predictor, recorded))
+    model = JointModel(rigs, shared_constants(rigs, groups_of(recorded)))
+    fitted = fit(model, np.zeros(model.count), least_promise=model.settings.small_gain)
+    soft = next(joint for joint in search.library if (joint.kind, joint.rigs) == ("clamp_compliance", (0, 1)))
+    beside, p = replace(model, hypotheses=(soft,)), np.append(fitted.p, 0.0)
+    jacobian = beside.jacobian(p, beside.solve(p))
+    wide, known = (np.sqrt(np.diag(np.linalg.inv(j.T @ j))) for j in (jacobian, fitted.jacobian))
+    added = np.sqrt(wide[: len(known)] ** 2 - known**2)
+    (moved,) = moved_together(fitted, [(soft, np.zeros(1))])
+    assert widening(fitted, moved)[0] == pytest.approx(added[0], rel=1e-3)
+    assert added[0] > model.settings.confounded * known[0]  # of ln E
+
+    pool = JointPool(search, model.settings, [fitted])
+    pool.add_confounded(fitted)
+    assert frozenset([soft]) in pool.fits
+    assert all(len(effects) <= 1 for effects in pool.fits)
 
 
 @pytest.mark.long

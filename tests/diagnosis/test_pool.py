@@ -4,14 +4,21 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from diagnosis.simulated import MU, NITINOL
+from diagnosis.simulated import MU, NITINOL, recorded
 from diagnosis.suspected import scope
 
+from prb3r.diagnosis.evidence.outliers import Doubts
 from prb3r.diagnosis.fit.least_squares import fit
-from prb3r.diagnosis.library import hypotheses
+from prb3r.diagnosis.known import Task
+from prb3r.diagnosis.library import SUSPECTS, hypotheses
+from prb3r.diagnosis.search import pool as pooled
+from prb3r.diagnosis.search import starts
+from prb3r.diagnosis.search.apply import serially
 from prb3r.diagnosis.search.pool import Effects, Pool
 from prb3r.diagnosis.search.search import Search
+from prb3r.diagnosis.search.selection import Explored, begun_anew
 from prb3r.diagnosis.settings import Settings
+from prb3r.diagnosis.stages import to_search
 
 
 @pytest.fixture(scope="module")
@@ -79,3 +86,30 @@ def test_a_fit_that_stopped_elsewhere_is_left_for_a_better_one_from_random_point
     assert pool.restart()
     assert pool.best.chi2 == pytest.approx(right.chi2, abs=Settings().idle_gain)
     assert not pool.restart()
+    begun = []
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(pooled, "_fitted", lambda task: begun.append(task[1]))
+        assert not Pool(Search(library, 0), Settings(), [calibrated, stopped]).restart()
+    posterior = np.sqrt(np.diag(stopped.covariance))
+    told = 5 * posterior < stopped.model.deviations  # by the readings, not by priors alone
+    away = (np.array(begun) - stopped.p)[:, told] / posterior[told]
+    assert told.any()
+    assert away.shape[0] == 24
+    assert np.sqrt(np.mean(away**2)) == pytest.approx(5, rel=0.25)
+
+    search, doubts = Search(library, 0), Doubts(np.ones(calibrated.recording.readings.count))
+    again = begun_anew(Explored(Pool(search, Settings(), [calibrated, stopped]), doubts, None), search)
+    assert [each.name for each in again.pool.best.model.hypotheses] == ["weakened_plate (plate 4)"]
+    assert again.pool.best.reduced == pytest.approx(1, abs=0.3)
+    assert begun_anew(Explored(Pool(search, Settings(), [calibrated]), doubts, None), search) is None
+
+
+def test_a_search_begins_anew_where_more_than_noise_is_left_and_nowhere_else(monkeypatch):
+    """A weak plate, with it among the suspects and without."""
+    begun = []
+    monkeypatch.setattr(starts, "begun_anew", lambda explored, search: begun.append(explored))
+    for known, structured in (("weakened_plate", False), ("gravity", True)):
+        begun.clear()
+        task = Task(recorded(), without=frozenset(SUSPECTS) - {known})
+        assert to_search(task, lambda stage: None, serially).choice.structured == structured
+        assert len(begun) == structured

@@ -203,6 +203,7 @@ def test_an_effect_that_is_named_after_what_it_is_measured_by_is_not_named_twice
     )
     assert soft.quantity == "the clamp compliance"
     assert replace(soft, effect="notch_closing", parameter="factor").quantity == "the factor of notch closing"
+    assert replace(soft, effect="gravity", parameter="y_m_s2").quantity == "the y of gravity"
 
 
 def test_recordings_agree_where_two_of_them_tell_the_same():

@@ -103,8 +103,8 @@ def why_misleading(errors: HeldOut | None, settings: Settings) -> str:
     shown = 1e3 if unit == "mm" else 180 / np.pi
     return (
         f"with all parts as drawn, what is named predicts {listed(errors.sequences)}, which no fit has seen, to "
-        f"{shown * after:.3g} {unit}, and constants alone do to {shown * before:.3g}; it is told as "
-        "refitted to parts as drawn"
+        f"{shown * after:.3g} {unit}, and constants alone do to {shown * before:.3g}; its "
+        "numbers here are those refitted to parts as drawn"
     )
 
 

@@ -116,6 +116,10 @@ class Hypothesis:
         """Whether both are the same kind of effect at the same place, whatever their bounds."""
         return (self.kind, self.place) == (other.kind, other.place)
 
+    def same_form(self, other: "Hypothesis") -> bool:
+        """Whether both are the same effect and have the same free parameters."""
+        return self.same_effect(other) and [free.name for free in self.free] == [free.name for free in other.free]
+
     @property
     def of_whole_rig(self) -> bool:
         """Whether the effect concerns the whole rig, not some of its parts alone."""

@@ -15,7 +15,7 @@ import numpy as np
 
 from prb3r.diagnosis.library import SUSPECTS
 from prb3r.diagnosis.library.hypothesis import Free, Hypothesis
-from prb3r.diagnosis.library.suspect import OF_THE_SETUP, Group, Shared
+from prb3r.diagnosis.library.suspect import Group, Shared
 
 SHARED: Mapping[str, Shared] = MappingProxyType(
     {kind: suspect.shared for kind, suspect in SUSPECTS.items() if suspect.shared}
@@ -201,8 +201,7 @@ def alike_on_all(
         effects of single parts are left out otherwise, but for those of a bench at single cables.
     """
     for hypothesis in libraries[rigs[0]] if len(rigs) > 1 else ():
-        of_bench = SUSPECTS[hypothesis.kind].transfer is OF_THE_SETUP
-        at_cables = of_bench and {name for name, _ in hypothesis.place} <= {"cables"}
+        at_cables = {name for name, _ in hypothesis.place} == {"cables"} and SUSPECTS[hypothesis.kind].of_the_setup
         if hypothesis.kind in SHARED or not (hypothesis.of_whole_rig or one_design or at_cables):
             continue
         joint = _joined(hypothesis, libraries, rigs, None)
@@ -228,11 +227,7 @@ def _joined(
 
 def counterpart(hypothesis: Hypothesis, library: Sequence[Hypothesis]) -> Hypothesis | None:
     """The hypothesis of a `library` on the same effect at the same place with the same parameters, if there is one."""
-    names = [free.name for free in hypothesis.free]
-    alike = (
-        other for other in library if hypothesis.same_effect(other) and [free.name for free in other.free] == names
-    )
-    return next(alike, None)
+    return next((other for other in library if hypothesis.same_form(other)), None)
 
 
 def _merged(parts: Sequence[Hypothesis], names: Sequence[str] | None) -> list[Hypothesis]:

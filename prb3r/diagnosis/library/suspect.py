@@ -193,6 +193,11 @@ class Suspect:
     below where somebody would have had to overlook what is seen without a model."""
 
     @property
+    def of_the_setup(self) -> bool:
+        """Whether the effect belongs to the set-up of a recording, not to the rig."""
+        return self.transfer is OF_THE_SETUP
+
+    @property
     def once(self) -> bool:
         """Whether a rig has at most one effect of this kind, as the effect class says."""
         return EFFECT_KINDS[self.kind].once

@@ -66,7 +66,8 @@ class SharedParameter:
         words, effect = self._in_words[0], self.effect.replace("_", " ")
         if not effect:
             return words
-        return f"the {effect}" if words.split()[-1] in effect else f"{words} of {effect}"
+        measure = words.split()[-1]  # a lone letter, as of a direction, names nothing
+        return f"the {effect}" if len(measure) > 1 and measure in effect else f"{words} of {effect}"
 
     @property
     def _in_words(self) -> tuple[str, float, str]:

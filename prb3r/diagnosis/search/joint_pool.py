@@ -151,8 +151,7 @@ def _in_library(
         joint
         for joint in library
         if (part := joint.parts[rig]) is not None
-        and part.same_effect(hypothesis)
-        and [free.name for free in part.free] == [free.name for free in hypothesis.free]
+        and part.same_form(hypothesis)
         and (len(joint.rigs) == 1 or (joint.kind not in apart and (alike_too or joint.kind in SHARED)))
     ]
     return max(same, key=lambda joint: len(joint.rigs), default=None)
