@@ -6,6 +6,7 @@ import matplotlib
 import numpy as np
 import pandas as pd
 import pytest
+import scipy
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.contour import QuadContourSet
 from matplotlib.image import imread
@@ -81,6 +82,25 @@ def test_occupancy_has_the_area_of_its_region():
     x, y, _, inside = occupancy(np.stack([radius * np.cos(angle), radius * np.sin(angle)], 1))
     area = (inside > 0.5).sum() * (x[1] - x[0]) * (y[1] - y[0])
     assert area == pytest.approx(np.pi / 2, rel=0.05)
+
+
+def test_every_point_of_a_workspace_is_within_its_outline_however_thin_it_gets():
+    """A disc with a tail one cell wide, of a fiftieth of the points, straight or aslant, as where cables are broken."""
+    rng = np.random.default_rng(5)
+    radius, angle = np.sqrt(rng.uniform(0, 1, 20_000)), rng.uniform(0, 2 * np.pi, 20_000)
+    disc = np.stack([radius * np.cos(angle), radius * np.sin(angle)], 1)
+    for slope in (0.0, 0.6, 1.0):
+        tail = np.linspace(0.5, 2.5, 400)
+        points = np.concatenate([disc, np.stack([tail, slope * tail], 1)])
+        *_, filled, inside = occupancy(points)
+        assert (inside[filled > 0] > 0.5).all()
+        assert scipy.ndimage.label(inside > 0.5)[1] == 1  # in one piece
+        states = pd.DataFrame(
+            {"case_id": 0, "step": range(20_400), "disk": 14, "x_m": points[:, 0], "y_m": points[:, 1]}
+        )
+        figure = study_figure(plot_of(name="w", kind="workspace"), cases_of(design=["a"]), states, SCENE)
+        (outline,) = [one for one in figure.axes[0].collections if isinstance(one, QuadContourSet) and not one.filled]
+        assert 1e-3 * outline.get_paths()[0].vertices[:, 0].max() > 2.5
 
 
 def test_workspaces_are_told_apart_and_small(tmp_path):

@@ -17,8 +17,11 @@ from prb3r.present.study.sheet import Sheet
 from prb3r.present.style import Look, pale
 from prb3r.study.plots.kinds import WorkspacePlot
 
-MOST_OUTSIDE = 0.1
-"""Share of the points that may lie outside of the outline; if more do, the region is thin there and they are drawn."""
+THIN = 0.75
+"""Value of cells that hold points and that smoothing would empty, as where a region is one cell wide; the outline is at
+0.5."""
+MOST_THIN = 0.25
+"""Share of such cells beyond which the region is as good as a curve: its points are drawn instead of an outline."""
 
 
 def workspace_figure(sheet: Sheet[WorkspacePlot]) -> Figure:
@@ -65,8 +68,8 @@ def workspace_figure(sheet: Sheet[WorkspacePlot]) -> Figure:
 def occupancy(points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Square cells over `points` (n, 2), m: x (a,) and y (b,) of their centres, m, points in each, and the region.
 
-    The region (a, b) is a smoothed mask, inside above one half.  Cells are as small as the points allow: about eight
-    points in each on average.
+    The region (a, b) is a smoothed mask, inside above one half, with every cell that holds a point.  Cells are as small
+    as the points allow: about eight points in each on average.
     """
     low, high = extremes(points)
     size = max(*(high - low), 1e-9)
@@ -81,12 +84,31 @@ def occupancy(points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, n
         filled > 0, scipy.ndimage.iterate_structure(scipy.ndimage.generate_binary_structure(2, 1), 3)
     )
     x, y = (edge[:-1] + side / 2 for edge in edges)
-    return x, y, filled, scipy.ndimage.gaussian_filter(mask.astype(float), 1.0)
+    inside = scipy.ndimage.gaussian_filter(mask.astype(float), 1.0)
+    thin = _side_by_side(mask & (inside <= 0.5), mask)
+    return x, y, filled, np.where(thin, np.maximum(inside, THIN), inside)
+
+
+def _side_by_side(cells: np.ndarray, mask: np.ndarray) -> np.ndarray:
+    """`cells` (a, b) and those that link them to cells of `mask` that they touch at a corner alone."""
+    linked = cells.copy()
+    for turned in (1, -1):
+        one, out, full = linked[:, ::turned], cells[:, ::turned], mask[:, ::turned]
+        corner = (out[:-1, :-1] & full[1:, 1:]) | (full[:-1, :-1] & out[1:, 1:])
+        corner &= ~full[1:, :-1] & ~full[:-1, 1:]
+        one[1:, :-1] |= corner
+    return linked
 
 
 def _region(axes: Axes, points: np.ndarray, look: Look, line: Any, lone: bool) -> None:
-    """Draw the region that `points` (n, 2), m, fill, with its outline; `lone`: with the density of the points."""
+    """Draw the region that `points` (n, 2), m, fill, with its outline; `lone`: with the density of the points.
+
+    Every point is within the outline, or drawn where they lie along a curve, as where cables bend a single segment.
+    """
     x, y, filled, inside = occupancy(points)
+    if np.mean(inside[filled > 0] == THIN) > MOST_THIN:
+        axes.plot(*1e3 * points.T, ls="", marker=".", ms=1.6, mew=0, color=look.colour, rasterized=True, zorder=1.5)
+        return
     at = 1e3 * x, 1e3 * y, inside.T
     if lone:
         density = np.where(inside > 0.5, scipy.ndimage.gaussian_filter(filled, 1.0), np.nan)
@@ -99,17 +121,4 @@ def _region(axes: Axes, points: np.ndarray, look: Look, line: Any, lone: bool) -
             fills[1].set(edgecolor=pale(look.colour, 0.55), linewidth=0.0)
         for fill in fills:
             fill.set_rasterized(True)
-    _thin(axes, points, (x, y, inside), look)
     axes.contour(*at, levels=[0.5], colors=[look.colour], linestyles=[line], linewidths=1.0, zorder=1.6)
-
-
-def _thin(axes: Axes, points: np.ndarray, region: tuple[np.ndarray, np.ndarray, np.ndarray], look: Look) -> None:
-    """Draw the points outside of the outline if there are many: where the region is too thin to be outlined.
-
-    It is so where cables bend a single segment.
-    """
-    x, y, inside = region
-    column, row = (np.searchsorted((ends[1:] + ends[:-1]) / 2, points[:, axis]) for axis, ends in enumerate((x, y)))
-    beside = points[inside[column, row] <= 0.5]
-    if len(beside) > MOST_OUTSIDE * len(points):
-        axes.plot(*1e3 * beside.T, ls="", marker=".", ms=1.6, mew=0, color=look.colour, rasterized=True, zorder=1.5)
