@@ -22,8 +22,8 @@ ORDER = {
     "inverse": "target pull descent search applied reached reach",
     "runs": "threads files secret store sealed states pending part parts provenance tasks backends engine journal",
     "study": "rounding workspace metrics wishes plots distributions factors loading spec axes tree loads cases resolve "
-    "columns compare selections chunk measure cloud work plan tables manifest designs rigs search compute explore run "
-    "decision decide phrases advice",
+    "columns compare converged selections chunk measure cloud work plan tables manifest designs rigs search compute "
+    "explore run decision decide phrases advice",
     "recording": "recording holds findings units steps markers reading writing let_go plausibility",
     "diagnosis": "confidence settings library fit evidence search checks result known stages investigate together run",
     "proof": "rig settings concealed judging prove sweep",

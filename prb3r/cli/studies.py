@@ -165,9 +165,9 @@ def _answers(result: "Result") -> str:
 
         text += "".join(f"\n  {sentence}" for sentence in share_sentences(result.rigs))
     if "workspace_half_share" in result.cases:
-        from prb3r.study.workspace import workspace_warnings
+        from prb3r.study.converged import workspace_warnings
 
-        text += "".join(f"\n  {warning}" for warning in workspace_warnings(dict(result.cases.items())))
+        text += "".join(f"\n  {warning}" for warning in workspace_warnings(result.cases, result.plan.study))
     return text
 
 

@@ -18,41 +18,6 @@ MOST_DISKS = 2**18
 """Largest number of disks, over all loads, that are solved in one call: about 50 MB of states."""
 
 
-SETTLED_SHARE = 0.9
-"""Share of a workspace below which the first half of its loads reaches too little to call the workspace converged."""
-MOST_DROPPED = 0.25
-"""Share of the loads of a workspace that may not count before this is warned of.  Choice."""
-
-
-def workspace_warnings(cases: Mapping[str, np.ndarray]) -> list[str]:
-    """Warnings about workspaces that have not converged, or of which many loads do not count; none if all is well.
-
-    Parameters
-    ----------
-    cases : columns of numbers of all cases, by name; without those of the metric `workspace` there is no warning.
-    """
-    if "workspace_half_share" not in cases:
-        return []
-    shares, loads, dropped = (
-        np.asarray(cases[f"workspace_{name}"], float) for name in ("half_share", "loads", "dropped")
-    )
-    few, said = shares[shares < SETTLED_SHARE], []
-    if len(few):
-        said.append(
-            f"{len(few)} of {len(shares)} workspaces still grow with the number of loads: the first half reaches as "
-            f"little as {100 * few.min():.0f} % of the area. Give more loads (count) or larger cells (cell)."
-        )
-    if many := int((dropped > MOST_DROPPED).sum()):
-        worst = int(np.nanargmax(dropped))
-        said.append(
-            f"{many} of {len(shares)} workspaces lose many loads: up to {100 * dropped[worst]:.0f} % bring plates too "
-            f"near to yield or have no equilibrium, and are not replaced: area, outline and hull rest on "
-            f"{loads[worst]:,.0f} loads and come out too small, the more so the larger the tensions. Give more loads "
-            "(count) or smaller tensions (tension_n), and compare workspaces of about as many loads (workspace_loads)."
-        )
-    return said
-
-
 @dataclass(frozen=True)
 class Tips:
     """Position of the tip disk and peak values under each load of a cloud, (count,) each."""
@@ -148,8 +113,8 @@ def tips_reached(
 def area(x: np.ndarray, y: np.ndarray, side: float) -> float:
     """Area (m^2) of the square cells of `side` (m) that hold a point, with gaps of a single cell between them closed.
 
-    It overestimates a smooth region by about half a cell along its boundary.  It is 0 without points; NaN points do not
-    count.
+    It overestimates a smooth region by about half a cell along its boundary; see `extrapolated`.  It is 0 without
+    points; NaN points do not count.
     """
     reached = np.isfinite(x) & np.isfinite(y)
     if not reached.any():
@@ -158,6 +123,15 @@ def area(x: np.ndarray, y: np.ndarray, side: float) -> float:
     mask = np.zeros((np.ptp(column) + 5, np.ptp(row) + 5), bool)
     mask[column - column.min() + 2, row - row.min() + 2] = True
     return float(scipy.ndimage.binary_closing(mask, np.ones((3, 3))).sum() * side**2)
+
+
+def extrapolated(fine: float, coarse: float) -> float:
+    """Area (m^2) in cells of no size, from those in cells of a side and of twice that side.
+
+    What cells add along a boundary grows as their side: of a region twice as much in cells twice as wide, of a curve
+    the whole area.  At least 0.
+    """
+    return max(0.0, 2 * fine - coarse)
 
 
 def on_outline(x: np.ndarray, y: np.ndarray) -> np.ndarray:

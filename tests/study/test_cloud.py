@@ -15,6 +15,7 @@ from prb3r.runs.parts import Parts
 from prb3r.runs.tasks import Workers
 from prb3r.study import run as running
 from prb3r.study import workspace
+from prb3r.study.converged import workspace_warnings
 from prb3r.study.plan import plan_study
 from prb3r.study.run import Options, forecast, solve_study
 from prb3r.study.work import tasks_of
@@ -207,6 +208,57 @@ def test_a_workspace_that_still_grows_with_its_loads_is_warned_of(spec, tmp_path
     enough = solve_study(spec(SPEC.replace("40_000", "8_192")), Options(tmp_path / "enough"))
     publish(enough)
     assert "still grow" not in (enough.folder / "report.html").read_text()
+
+
+ONE_CURVE = SPEC.replace("1 = 100.0, 3 = 60.0", "1 = 100.0, 2 = 100.0, 3 = 100.0, 4 = 100.0").partition("[[plot]]")[0]
+ONE_CURVE += """
+[[factor]]
+name = "broken"
+[[factor.level]]
+label = "none"
+broken = []
+[[factor.level]]
+label = "2 and 3"
+broken = ["2", "3"]
+[[comparison]]
+name = "retained"
+kind = "ratio"
+of = "workspace_area_m2"
+to = { broken = "none" }
+"""
+
+
+def test_an_area_that_is_that_of_its_cells_is_told_and_warned_of_with_the_remedy(spec, tmp_path):
+    """With cables 1 and 4 alone the tip keeps to a curve: its area halves with the cells, and tends to zero."""
+    found = {}
+    for cell in (0.02, 0.01):
+        text = ONE_CURVE.replace('kind = "workspace"', f'kind = "workspace"\ncell = {cell}')
+        found[cell] = solve_study(spec(text), Options(tmp_path / str(cell)))
+    coarse, fine = (found[cell].cases.set_index("broken") for cell in (0.02, 0.01))
+    assert (fine["workspace_half_share"] > 0.95).all()  # by loads alone all is settled
+    assert fine["workspace_coarse_m2"].tolist() == pytest.approx(coarse["workspace_area_m2"].tolist(), rel=1e-12)
+    assert coarse.loc["2 and 3", "retained"] > 1.4 * fine.loc["2 and 3", "retained"] > 0.25
+    assert fine.loc["2 and 3", "workspace_extrapolated_m2"] < 0.05 * fine.loc["2 and 3", "workspace_area_m2"]
+    extrapolated = [each.loc["none", "workspace_extrapolated_m2"] for each in (coarse, fine)]
+    assert extrapolated[0] == pytest.approx(extrapolated[1], rel=0.07)
+    publish(found[0.01])
+    report = (found[0.01].folder / "report.html").read_text()
+    assert "1 of 2 workspaces are thinner than a cell" in report
+    assert "Compare the outline (workspace_hull_m2)" in report
+    assert "1 of 2 areas depend on the size of the cells" in report
+    here, twice = (each.loc["2 and 3", "retained"] for each in (fine, coarse))
+    assert f"in case 1 it is {here:.2g}, in cells twice as wide {twice:.2g}" in report
+    outlines = ONE_CURVE.replace("workspace_area_m2", "workspace_hull_m2")
+    publish(compared := solve_study(spec(outlines), Options(tmp_path / "outlines")))
+    assert "cells" not in " ".join(workspace_warnings(compared.cases, compared.plan.study))
+
+
+def test_the_area_of_a_disc_is_extrapolated_to_its_own():
+    rng = np.random.default_rng(1)
+    radius, angle = np.sqrt(rng.uniform(0, 1, 200_000)), rng.uniform(0, 2 * np.pi, 200_000)
+    fine, coarse = (workspace.area(radius * np.cos(angle), radius * np.sin(angle), side) for side in (0.04, 0.08))
+    assert coarse > 1.06 * np.pi
+    assert workspace.extrapolated(fine, coarse) == pytest.approx(np.pi, rel=0.03)
 
 
 def test_loads_that_are_dropped_are_counted_and_warned_of_where_they_are_many(spec, tmp_path):

@@ -60,7 +60,7 @@ def test_broken_cables_never_add_to_the_workspace():
     frame = small("broken-cables", cloud=8192, thickness_ratio=[1.0, 2.0], limit=["equal tension"])
     retained = frame.set_index(["thickness_ratio", "broken"])["area_retained"]
     assert retained.max() <= 1
-    assert retained[1.0, "2 and 3"] < 0.35
+    assert retained[:, "2 and 3"].max() < 0.02  # the tip keeps to a curve
     mirrored = frame.set_index(["thickness_ratio", "broken"])["workspace_area_m2"]
     assert mirrored[1.0, "1"] == pytest.approx(mirrored[1.0, "4"], rel=0.05)
 
@@ -76,13 +76,13 @@ def test_fig_16_the_outline_does_not_depend_on_stiffness_where_the_force_grows_w
 
 
 def test_fig_17_a_soft_segment_1_keeps_more_where_it_bent_no_more_before():
-    """Independent march: area, hull and width 24, 42 and 86 % of equal segments, 6.7, 3.9 and 37 % of 8 EI."""
+    """Independent march: hull and width 42 and 86 % of equal segments, 3.9 and 37 % of 8 EI.  Both keep a curve."""
     keep = {"limit": ["force grows with stiffness"], "broken": ["none", "2 and 3"], "thickness_ratio": [1.0, 2.0]}
     frame = small("broken-cables", cloud=32768, **keep).query("broken == '2 and 3'")
     columns = ["area_retained", "hull_retained", "width_retained"]
     soft, stiff = frame.set_index("thickness_ratio")[columns].to_numpy()
-    assert soft == pytest.approx([0.24, 0.42, 0.86], abs=0.03)
-    assert stiff == pytest.approx([0.067, 0.039, 0.37], abs=0.03)
+    assert soft == pytest.approx([0.0, 0.42, 0.86], abs=0.02)
+    assert stiff == pytest.approx([0.0, 0.039, 0.37], abs=0.02)
 
 
 def test_fig_10_loci_at_equal_x_part_by_2_percent_near_75_degrees():

@@ -7,8 +7,8 @@ from prb3r.errors import Problem, SpecError
 from prb3r.present.study.report import Answers, write_report
 from prb3r.present.study.section import Section
 from prb3r.present.study.source import Source
+from prb3r.study.converged import workspace_warnings
 from prb3r.study.run import Result
-from prb3r.study.workspace import workspace_warnings
 
 
 def publish(result: Result) -> list[Path]:
@@ -28,7 +28,7 @@ def publish(result: Result) -> list[Path]:
         from prb3r.present.study.pictures import draw_pictures  # loads matplotlib
 
         files, figures, answers, problems = draw_pictures(result, source)
-    if warnings := workspace_warnings(dict(result.cases.items())):
+    if warnings := workspace_warnings(result.cases, study):
         answers = replace(answers, sections=[*answers.sections, Section("Convergence", warnings, [])])
     files += write_report(result.folder, source, figures, answers)
     if problems:

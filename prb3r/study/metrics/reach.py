@@ -11,11 +11,14 @@ from prb3r.model.files.numbers import Positive
 from prb3r.model.manipulator import Manipulator
 from prb3r.quantities import Quantity
 from prb3r.study.metrics.base import Metric, Solved, lacking_for_stress
-from prb3r.study.workspace import area, outline, tips_reached
+from prb3r.study.workspace import area, extrapolated, outline, tips_reached
 
 
 class Workspace(Metric):
     """Area that the tip disk's centre reaches, counted in square cells, with its convergence, outline and width.
+
+    The area of a region hardly wider than the cells is mostly that of the cells along its boundary: what is left of it
+    in smaller cells is `workspace_extrapolated_m2`, which for a curve is 0.
 
     Loads that bring a plate nearer to yield than the factor `safety` do not count, where the manipulator gives a yield
     stress.
@@ -50,6 +53,10 @@ class Workspace(Metric):
             Quantity("workspace_tension_n", "T_max", "N", "highest tension of a cable among the loads that count"),
             Quantity("workspace_loads", "", "1", "number of loads that count: solved, and not too near to yield"),
             Quantity("workspace_dropped", "", "1", "share of the loads that do not count"),
+            Quantity("workspace_coarse_m2", "", "m^2", "that area in cells twice as wide: how far it depends on them"),
+            Quantity(
+                "workspace_extrapolated_m2", "A_0", "m^2", "that area extrapolated to cells of no size, from both"
+            ),
         ]
 
     def problems(self, manipulator: Manipulator, cloud: bool) -> Iterator[str]:
@@ -75,12 +82,23 @@ class Workspace(Metric):
         tips = tips.without(tips.beyond(case.manipulator, safety))
         x, y, good = tips.x, tips.y, tips.solved
         half, side = len(x) // 2, self.cell * case.chain.length
-        whole = area(x, y, side)
+        whole, coarse = area(x, y, side), area(x, y, 2 * side)
         share = area(x[:half], y[:half], side) / whole if whole else np.nan
         hull, width = outline(x[tips.corner], y[tips.corner])
-        failed, strongest = float(np.mean(~good)), float(np.fmax.reduce(tips.pull))
         counted = np.isfinite(x)
-        return whole, share, hull, width, failed, yielding, strongest, float(counted.sum()), float(np.mean(~counted))
+        return (
+            whole,
+            share,
+            hull,
+            width,
+            float(np.mean(~good)),
+            yielding,
+            float(np.fmax.reduce(tips.pull)),
+            float(counted.sum()),
+            float(np.mean(~counted)),
+            coarse,
+            extrapolated(whole, coarse),
+        )
 
 
 class Follow(Metric):
