@@ -68,8 +68,8 @@ def check(searched: Searched, blunder: Blunder | None = None) -> Investigation:
     effects = [k for k in range(len(reported.effects)) if not why or is_felt(reported, k)]
     named = tuple(named_effect(choice, k, doubted.search, fresh, reported, partial=bool(why)) for k in effects)
     law, gain = empirical_law(fresh, calibrated, choice.fitted, doubted.task.seed) if why else (None, None)
-    rivals = blunder is not None or any(effect.rivals for effect in named)
-    verdict = "unexplained" if why else verdict_on(choice, rivals)
+    unsure = blunder is not None or any(effect.rivals for effect in named) or bool(at_bounds(choice.fitted))
+    verdict = "unexplained" if why else verdict_on(choice, unsure)
     tolerances = tolerances_told(choice.fitted, choice.doubts)
     return Investigation(
         recording=doubted.recording,

@@ -1,6 +1,7 @@
 """What was learnt carries over to another design, and files of it run."""
 
 import json
+import tomllib
 
 import numpy as np
 import pandas as pd
@@ -11,6 +12,9 @@ from diagnosis.simulated import MU, PROGRAM, WEAK, E, diagnosed, manipulator, st
 from prb3r import SpecError, load_manipulator, predict, solve
 from prb3r.diagnosis.fit.constants import Constants
 from prb3r.diagnosis.result.carried_constants import carried_constants
+from prb3r.diagnosis.result.design_prediction import _on_what_stays
+from prb3r.model.effects.cables import TensionOffset
+from prb3r.model.effects.plates import WeakenedPlate
 from prb3r.model.manipulator import Manipulator
 from prb3r.proof.rig.simulate import simulate
 
@@ -123,3 +127,16 @@ def test_a_stated_stiffness_goes_by_what_was_learnt_and_not_by_another_material(
     of_sections = Manipulator.model_validate(manipulator(1e11))
     carried = carried_constants(found, Manipulator.model_validate(manipulator()), of_sections)
     assert carried.log_stiffness == pytest.approx(0.05 + np.log(1.87))
+
+
+def test_what_stays_of_the_set_up_is_given_as_a_line_for_the_designs_file():
+    """It can be pasted into the file of a design on the same bench, which then has the effect."""
+    zero = TensionOffset(kind="tension_offset", cables=["1"], offset_n=0.4)
+    assert _on_what_stays([zero], []) == []
+    (remark,) = _on_what_stays(
+        [zero, WeakenedPlate(kind="weakened_plate", plate=2, factor=0.7)],
+        ["tension offset, which belongs to the set-up"],
+    )
+    line = remark.split("write to its file: ")[1]
+    design = Manipulator.model_validate(manipulator() | tomllib.loads(line))
+    assert design.effect == [zero]

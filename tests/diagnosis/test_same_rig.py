@@ -138,7 +138,7 @@ def test_what_a_design_states_itself_stays_as_it_states_it():
 def test_a_coefficient_that_stays_behind_is_not_told_to_be_absent(folder):
     learnt = predict(folder, rig().replace("friction.wrap", "edges"), PULLED, draws=40)
     assert learnt.manipulator.friction.coefficient == rig().friction.coefficient
-    assert any("as the design's file has it" in remark for remark in learnt.remarks)
+    assert any("what the design's file states" in remark for remark in learnt.remarks)
 
 
 def test_effects_of_the_recorded_rigs_own_file_that_a_design_lacks_are_told(folder, tmp_path):

@@ -70,17 +70,18 @@ def why_unexplained(
     return ""
 
 
-def verdict_on(choice: Choice, rivals: bool) -> str:
+def verdict_on(choice: Choice, unsure: bool) -> str:
     """The verdict on a choice that passes every check: `adequate`, `explained` or `ambiguous`.
 
     Parameters
     ----------
-    rivals : whether another effect, or a blunder of the set-up, explains the recording as well as a chosen effect.
+    unsure : whether another effect, or a blunder of the set-up, explains the recording as well as a chosen effect, or a
+        number of a chosen effect ends where the search ended.
     """
     if not choice.kinds:
         return "adequate"
     more = max(choice.likely.values(), default=0.0) > choice.fitted.model.settings.positive_presence
-    return "ambiguous" if rivals or more or choice.alternatives or choice.structured else "explained"
+    return "ambiguous" if unsure or more or choice.alternatives or choice.structured else "explained"
 
 
 def why_misleading(errors: HeldOut | None, settings: Settings) -> str:

@@ -18,6 +18,7 @@ import pandas as pd
 from pydantic import ValidationError
 
 from prb3r.diagnosis.confidence import TAIL
+from prb3r.diagnosis.library import SUSPECTS
 from prb3r.diagnosis.result.as_made import as_made
 from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.diagnosis.result.largest_bending import bending_of
@@ -92,10 +93,7 @@ def predict_design(
         remarks.append(UNEXPLAINED)
     if steps is None:
         return DesignPrediction(central, left, tuple(remarks), None)
-    if left:
-        remarks.append(
-            "what is left behind is there as the design's file has it, or absent, and the bands hold nothing of it"
-        )
+    remarks += _on_what_stays(posterior.named.effects, left)
     recorded, rng = design.recorded, np.random.default_rng([seed, 1])
     common = common_stiffness_sd(posterior.manipulator, design.given, posterior.tolerance)
     # loads depend on cables, plates and the worth of a kilogram, which are the design's: the same for every rig
@@ -130,6 +128,21 @@ def predict_design(
         share = written_out(100 * lost.max(), ".2g")
         remarks.append(f"at some step {share} % of the draws have no equilibrium; {told}")
     return DesignPrediction(central, left, tuple(remarks), _banded(blocks.whole(), centre, spread))
+
+
+def _on_what_stays(effects: Sequence[Effect], left: Sequence[str]) -> list[str]:
+    """A remark on what is left behind, with the lines of the design's file that put there what the found `effects` have
+    of the set-up; none where nothing is `left`."""
+    if not left:
+        return []
+    remark = "of what is left behind the prediction has what the design's file states, and its bands nothing"
+    of_the_setup = [effect for effect in effects if SUSPECTS[effect.kind].of_the_setup]
+    if not of_the_setup:
+        return [remark]
+    tables = [effect.model_dump(exclude_none=True) for effect in of_the_setup]
+    inline = (", ".join(f"{name} = {json.dumps(value)}" for name, value in table.items()) for table in tables)
+    lines = ", ".join(f"{{ {table} }}" for table in inline)
+    return [f"{remark}; on the same bench write to its file: effect = [{lines}]"]
 
 
 def read_posterior(diagnosis: str | Path | Diagnosis) -> tuple[Posterior, str]:

@@ -84,6 +84,10 @@ class RemarksSettings:
     farthest_rim: float = 3.0
     """How many times as far from the axis as any hole the rims of disks may lie before contact of these is doubted.
     Choice: holes mostly lie near the rims."""
+    impossible_rim: float = 30.0
+    """How many times as far from the axis as any hole no rim lies: contact of disks is not suspected at smaller bends
+    than rims there would close.  Choice, ten times `farthest_rim`: what acts at such bends, as play in clamps, is no
+    contact of disks."""
     shown_rise: float = 4.0
     """Profiles are shown up to so many times the rise of chi-square at the ends of an interval.  Choice: twice the
     interval to either side, where chi-square is a parabola."""
