@@ -123,6 +123,12 @@ class Chain(NamedTuple):
         return bool(self.remembers or self.closure or np.any(self.play))
 
     @property
+    def retraces(self) -> bool:
+        """Whether states depend on the loads of their step and on declared slip alone: on no path, rate or time."""
+        timed = (self.zero_drift, self.softening, self.friction_rate, self.friction_excess, self.friction_drift)
+        return not (self.follows_path or any(map(np.any, timed)))
+
+    @property
     def length(self) -> float:
         """Straight length from the base disk's distal face to the tip disk's distal face, m."""
         return float(np.sum(self.arc + 2 * self.clamp) + self.plates * self.disk)

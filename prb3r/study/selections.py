@@ -1,4 +1,4 @@
-"""Checks of what a spec asks of its cases: that it selects at least one of them, and that wishes have a value there."""
+"""Checks of what a spec asks of its cases: that some are selected, and that wishes and loops have a value there."""
 
 from collections.abc import Iterator, Mapping
 from typing import Any
@@ -11,6 +11,8 @@ from prb3r.model.manipulator import Manipulator
 from prb3r.study.cases import Cases
 from prb3r.study.columns import criteria_of
 from prb3r.study.compare import select
+from prb3r.study.loads import load_columns
+from prb3r.study.metrics.response import last_loop
 from prb3r.study.spec import Study
 
 
@@ -55,6 +57,48 @@ def lacking_problems(study: Study, cases: Cases) -> Iterator[tuple[Keys, str]]:
             if source in lacking:
                 what = f"column {name!r} has no value in any case: it needs {lacking[source]} of the manipulator"
                 yield (*keys, "metric"), f"{what}; give it in {study.manipulator}"
+
+
+def closed_loop_problems(study: Study, cases: Cases) -> Iterator[tuple[Keys, str]]:
+    """Problems of metrics and plots of loops where no case can open one, with their keys in the spec.
+
+    With declared slip a cable keeps its direction along a sweep, and letting go retraces pulling.
+    """
+    asked = [(("metric", number), metric.cable) for number, metric in enumerate(study.metric) if metric.kind == "loop"]
+    plots = [(("plot", number), plot.x) for number, plot in enumerate(study.plot) if plot.kind == "loops"]
+    asked += [(keys, str(x).removeprefix("cable_").removesuffix("_n")) for keys, x in plots]
+    for keys, cable in asked:
+        if _all_closed(cases, cable):
+            yield (
+                keys,
+                f"no case opens a loop: slip is declared, so that letting cable {cable} go retraces pulling it and all "
+                f'that is told of loops is 0; give direction = "history" under [friction] in {study.manipulator}, or '
+                'here set = { "friction.direction" = "history" }',
+            )
+
+
+def _all_closed(cases: Cases, cable: str) -> bool:
+    """Whether there are loops of the tension of a cable, and in none of them anything but this tension changes."""
+    retraces: dict[int, bool] = {}
+    closed = False
+    for family in cases.families:
+        part, own = family.settings["manipulator"], {f"cable_{cable}_n", f"cable_{cable}_kg"}
+        if family.settings["cloud"] or family.settings["reach"]:
+            continue
+        if id(part) not in retraces:  # trees share their equal parts
+            retraces[id(part)] = family.manipulator().chain().retraces
+        if not retraces[id(part)]:
+            return False
+        columns = load_columns(family.settings, len(family))
+        pulled = np.sum([columns[name] for name in own & columns.keys()] or np.empty((1, 0, 0)), axis=0)
+        for row, tension in enumerate(pulled):
+            top, bottom, end = last_loop(tension)
+            others = (values[row, top : end + 1] for name, values in columns.items() if name not in own)
+            if tension[top] > tension[bottom]:
+                if any(map(np.ptp, others)):
+                    return False
+                closed = True
+    return closed
 
 
 def _manipulators(cases: Cases) -> Iterator[Manipulator]:

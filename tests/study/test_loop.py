@@ -185,3 +185,38 @@ def test_every_case_of_a_family_begins_with_its_own_travel():
     for case, pull in enumerate(pulls):
         alone = solve(manipulator, {"sequence": "a", "step": [1, 2], "cable_1_n": pull})
         np.testing.assert_allclose(solved.states.y[2 * case : 2 * case + 2].ravel(), alone["y_m"], rtol=0, atol=1e-12)
+
+
+LOOPS = {"metric": [{"kind": "loop", "cable": "1"}, {"kind": "position"}], "states": "path"}
+LOOP_PLOT = {"plot": [{"name": "loops", "kind": "loops", "x": "cable_1_n", "y": ["tip_y_m"]}]}
+BACK = [{"cable_1_n": 40.0}, {"cable_1_n": 10.0, "slip_1": 1.0}, {"cable_1_n": 40.0, "slip_1": -1.0}]
+DISSIPATES = {"kind": "hysteretic_plate", "slipping_share": 0.2, "yield_per_m": 1.0}
+BREAKS_AWAY = {"kind": "breakaway_friction", "excess": 0.5, "decay_n": 5.0}
+
+
+def test_a_loop_that_declared_slip_keeps_closed_is_refused_with_the_line_that_opens_it(tmp_path):
+    """At equal tension and equal slip there is one state: every opening would be 0."""
+    said = refusal(tmp_path, **LOOPS | LOOP_PLOT)
+    assert "metric.1: no case opens a loop: slip is declared" in said
+    assert "plot.loops: no case opens a loop" in said
+    assert 'set = { "friction.direction" = "history" }' in said
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"set": {"friction.direction": "history"}},
+        {"set": {"effect": [DISSIPATES]}},
+        {"set": {"effect": [BREAKS_AWAY]}},
+        {"sweep": None, "step": BACK},
+        {"sweep": None, "step": [row | {"tip_y_n": y} for row, y in zip(BACK, (0.0, 1.0, 2.0), strict=True)]},
+        {"factor": [{"name": "slip", "path": "friction.direction", "values": ["declared", "history"]}]},
+        {"sweep": None, "step": [{"cable_1_n": 40.0}]},
+    ],
+    ids=["history", "plates", "breakaway", "slips", "another load", "one of two", "no loop"],
+)
+def test_loops_that_something_opens_are_not_refused(tmp_path, changes):
+    spec = {name: value for name, value in (STUDY | LOOPS | LOOP_PLOT | changes).items() if value is not None}
+    path = tmp_path / "trial.toml"
+    path.write_text(tomli_w.dumps(spec))
+    plan_study(path)

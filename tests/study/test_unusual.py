@@ -130,7 +130,8 @@ def test_what_failed_is_told_by_its_reason(tmp_path):
     """A metric that does not fit the loads is no lack of equilibrium."""
     loads = '[[factor]]\nname = "pull_n"\npath = "step.2.cable_1_n"\nvalues = [10.0, 30.0, 40.0]\n'
     loop = "[[step]]\ncable_1_n = 20.0\n[[step]]\ncable_1_n = 10.0\n[[step]]\ncable_1_n = 20.0\n"
-    found = solved(tmp_path, loads + loop + '[[metric]]\nkind = "loop"\ncable = "1"\n')
+    history = 'set = { "friction.direction" = "history" }\n'
+    found = solved(tmp_path, history + loads + loop + '[[metric]]\nkind = "loop"\ncable = "1"\n')
     publish_what_changed(found)
     outcomes = found.cases["outcome"].tolist()
     assert outcomes == ["converged", "failed", "failed"], found.cases["reason"].tolist()
