@@ -45,15 +45,20 @@ def _verdict(decision: Decision) -> str:
         return _nothing_does(decision)
     k = decision.ranking[0]
     able = sum(map(bool, decision.feasible))
-    said = []
-    if decision.requirements:
-        whole = f"{able} of {count(len(decision.designs), 'design')} keep{'s' * (able == 1)} every requirement"
-        said.append(f"{whole}; nearest to its bound, {tightest_in_words(decision, k)}")
-    if decision.preferences:
-        said += _ranked(decision, k)
-    elif able > 1:
-        said.append("no [[preference]] ranks them, and this one has the largest reserve")
-    return f"**Recommendation: {decision.winner}.** " + " ".join(f"{capitalised(sentence)}." for sentence in said)
+    whole = f"{able} of {count(len(decision.designs), 'design')} keep{'s' * (able == 1)} every requirement"
+    head, said = f"Recommendation: {decision.winner}", list[str]()
+    level = _level(decision)
+    if len(level) > 1:
+        head = f"{listed_names([decision.designs[j] for j in level])} are level"
+        said += [whole] if decision.requirements else []
+        said += _told_apart(decision, level)
+    else:
+        said += [f"{whole}; nearest to its bound, {tightest_in_words(decision, k)}"] if decision.requirements else []
+        if decision.preferences:
+            said += _ranked(decision, k)
+        elif able > 1:
+            said.append("no [[preference]] ranks them, and this one has the largest reserve")
+    return f"**{head}.** " + " ".join(f"{capitalised(sentence)}." for sentence in said)
 
 
 def _of_one(decision: Decision) -> str:
@@ -76,19 +81,41 @@ def reserves(decision: Decision) -> list[str]:
     return [f"{capitalised(requirement_in_words(decision, 0, r))}." for r in numbers]
 
 
+def _level(decision: Decision) -> list[int]:
+    """The first design and those on the Pareto front whose scores are hardly less, the best first."""
+    front = [k for k in decision.ranking if decision.front[k]] if decision.preferences else decision.ranking[:1]
+    return [k for k in front if decision.score[front[0]] - decision.score[k] < LEVEL]
+
+
+def _told_apart(decision: Decision, level: list[int]) -> list[str]:
+    """Sentences on what tells designs apart whose scores are level: what each is best in, and the reserves of each."""
+    names = {k: decision.designs[k] for k in level}
+    scores = listed_names([f"{decision.score[k]:.2f}" for k in level])
+    said = [f"{_weighted(decision)} they score {scores}, which weights are not known well enough to tell apart"]
+    best = [(k, words) for k in level if (words := _best_in(decision, k))]
+    said += [f"{names[k]} has the best {listed_names(words)}" for k, words in best[:MOST_TOLD]]
+    said.append("; ".join(f"{weights_in_words(decision, k)} put {names[k]} first" for k in level))
+    if decision.requirements:
+        first, second, *_ = sorted(level, key=lambda k: -decision.margins[k].min())
+        ahead = decision.margins[first].min() - decision.margins[second].min()
+        reserves = f"nearest to its bound, {tightest_in_words(decision, first)}; of {names[second]}, "
+        reserves += tightest_in_words(decision, second)
+        if ahead > ALIKE_SHARE:
+            said.append(f"what speaks for {names[first]} is its reserve: {reserves}")
+        else:
+            said.append(f"their reserves do not tell them apart either: of {names[first]}, {reserves}")
+    return said
+
+
 def _ranked(decision: Decision, k: int) -> list[str]:
     """Sentences on why preferences put design `k` first."""
     front = [j for j, on in enumerate(decision.front) if on]
     if len(front) == 1:
         several = len(decision.ranking) > 1
         return ["none of the others that do is better in anything that was preferred"] if several else []
-    best = [j for j in range(len(decision.preferences)) if _is_best(decision, k, j)]
-    words = [f"{preference_in_words(decision, j)} ({preferred_value_in_words(decision, k, j)})" for j in best]
+    words = _best_in(decision, k)
     second = next(other for other in decision.ranking[1:] if decision.front[other])
     against = f"{decision.score[k]:.2f} against {decision.score[second]:.2f} of {decision.designs[second]}"
-    if decision.score[k] - decision.score[second] < LEVEL:
-        against += ", so the two are level"
-    equal = len(set(decision.weights)) == 1
     among = "" if all(decision.feasible) else "among these "
     every = len(front) == sum(map(bool, decision.feasible)) > 2
     return [
@@ -97,14 +124,21 @@ def _ranked(decision: Decision, k: int) -> list[str]:
             if every
             else []
         ),
-        *(
-            [f"{among}it has the best {listed_names(words)}"]
-            if words
-            else [f"{among}it lies between the best and the worst in everything in which they differ noticeably"]
-        ),
-        f"at {'equal' if equal else 'the given'} weights it scores {against}",
+        *([f"{among}it has the best {listed_names(words)}"] if words else []),
+        f"{_weighted(decision)} it scores {against}",
         f"{weights_in_words(decision, k)} put it first{_oftener_first(decision, k)}",
     ]
+
+
+def _best_in(decision: Decision, k: int) -> list[str]:
+    """The preferences by which design `k` is the best, each with its number, where designs differ noticeably."""
+    best = [j for j in range(len(decision.preferences)) if _is_best(decision, k, j)]
+    return [f"{preference_in_words(decision, j)} ({preferred_value_in_words(decision, k, j)})" for j in best]
+
+
+def _weighted(decision: Decision) -> str:
+    """By what weights scores are."""
+    return f"at {'equal' if len(set(decision.weights)) == 1 else 'the given'} weights"
 
 
 def _oftener_first(decision: Decision, k: int) -> str:

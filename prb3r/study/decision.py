@@ -26,6 +26,8 @@ NOT_TO_BE_HAD = -1.0
 """Smallest worth, also that of a missing value: as far below the worst on the front as the best is above it."""
 NO_DIFFERENCE = 1e-9
 """Relative difference below which values count as equal, as it may come from rounding in the solver."""
+EQUAL_SCORES = 12
+"""Decimals to which scores are compared."""
 
 
 @dataclass(frozen=True)
@@ -160,11 +162,12 @@ class Decision:
         """Indices of the designs that keep the requirements, best first; without preferences, by their smallest margin.
 
         Designs on the front come first, then higher scores.  Designs of equal score (a front of a single design gives
-        all the score 0) are ranked by `score_of_kept`.
+        all the score 0) are ranked by `score_of_kept`, and then by their smallest margin.
         """
         keys = [-self.margins.min(1, initial=np.inf)]
         if self.preferences:
-            keys = [~np.array(self.front), -self.score, -self.score_of_kept]
+            scores = (-np.round(score, EQUAL_SCORES) for score in (self.score, self.score_of_kept))
+            keys = [~np.array(self.front), *scores, *keys]
         order = np.lexsort(keys[::-1])
         return [int(k) for k in order if self.feasible[k]]
 

@@ -75,6 +75,29 @@ def test_a_design_that_other_weights_favour_more_often_is_told_beside_the_recomm
     assert "put it first, but" not in told[1]
 
 
+def test_designs_of_equal_scores_are_said_to_be_level_first_and_told_apart_by_their_reserves():
+    """With two designs on the front and equal weights each is best in one thing, whatever their numbers."""
+    two = {"design": ["thin", "thick"], "area": [4.0, 1.0], "force": [90.0, 50.0]}
+    bounds = [Requirement(metric="force", at_most=100)]
+    level = decide(cases(two, bounds, [greater("area"), less("force")]))
+    told = recommendation(level)
+    assert told.startswith("**thick and thin are level.** 2 of 2 designs keep every requirement.")
+    assert "Recommendation" not in told
+    assert "What speaks for thick is its reserve" in told
+    assert level.winner == "thick"  # 50 % inside its bound, thin 10 %
+    close = decide(cases(two, [Requirement(metric="force", at_most=5000)], [greater("area"), less("force")]))
+    assert "Their reserves do not tell them apart either" in recommendation(close)
+    apart = decide(cases(two, bounds, [greater("area", weight=1.2), less("force")]))
+    assert recommendation(apart).startswith("**Recommendation: thin.**")
+
+
+def test_what_says_nothing_is_left_out():
+    """A design that is between the others in everything."""
+    told = recommendation(decide(cases(TABLE, [], [greater("area"), less("force")])))
+    assert told.startswith("**Recommendation: middle.**")
+    assert "between the best and the worst" not in told
+
+
 def test_what_excludes_and_by_how_much():
     known = decide(cases(TABLE, [Requirement(metric="force", at_most=75), Requirement(metric="area", at_least=1.5)]))
     assert known.margins[:, 0] == pytest.approx([-0.2, 0.2, 1 / 3, -1 / 15])
