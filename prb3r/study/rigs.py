@@ -23,6 +23,7 @@ from prb3r.study.columns import described
 from prb3r.study.compare import select
 from prb3r.study.designs import design_names, known_values
 from prb3r.study.spec import Study
+from prb3r.study.wishes import Requirement
 
 QUANTILES = (0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99)
 """Shares of the rigs below the quantiles that are listed."""
@@ -141,17 +142,11 @@ def _shares(study: Study, drawn: pd.DataFrame) -> Iterator[dict[str, Any]]:
 
     The number that a requirement bounds is taken for each rig by itself, over its circumstances.
     """
-    rig = drawn["case_id"].to_numpy() % sample_count(study)
-    frame = drawn.assign(design=design_names(drawn, study.design_factors), rig=rig)
+    frame = drawn.assign(design=design_names(drawn, study.design_factors))
     for name, part in frame.groupby("design", sort=False) if study.requirement else ():
-        order = sorted(part["rig"].unique())
-        kept = np.ones((len(order), len(study.requirement)), bool)
-        for r, requirement in enumerate(study.requirement):
-            counted = select(part, requirement.where).sort_values("rig", kind="stable")
-            values, of_rig = known_values(counted, requirement.metric), counted["rig"].to_numpy()
-            ends = zip(*(np.searchsorted(of_rig, order, side) for side in ("left", "right")), strict=True)
-            margins = [requirement.margin(requirement.value(values[first:last])) for first, last in ends]
-            kept[:, r] = np.array(margins) >= 0
+        bounded = [(requirement, rig_numbers(study, part, requirement)) for requirement in study.requirement]
+        margins = [[requirement.margin(number) for number in numbers] for requirement, numbers in bounded]
+        kept = np.array(margins).T >= 0
         for r, which in enumerate([kept.all(1), *kept.T]):
             interval = scipy.stats.binomtest(int(which.sum()), len(which)).proportion_ci(CONFIDENCE, method="wilson")
             yield {
@@ -163,6 +158,16 @@ def _shares(study: Study, drawn: pd.DataFrame) -> Iterator[dict[str, Any]]:
                 "share_low": float(interval.low),
                 "share_high": float(interval.high),
             }
+
+
+def rig_numbers(study: Study, part: pd.DataFrame, requirement: Requirement) -> np.ndarray:
+    """(rigs,) the number that a requirement bounds, of each rig over its circumstances among the cases `part`; as
+    `Requirement.value` has it, infinitely bad where a case has no value and NaN where no case counts."""
+    of_case = part["case_id"].to_numpy() % sample_count(study)
+    counted = select(part.assign(rig=of_case), requirement.where).sort_values("rig", kind="stable")
+    values, of_rig, order = known_values(counted, requirement.metric), counted["rig"].to_numpy(), np.unique(of_case)
+    ends = zip(*(np.searchsorted(of_rig, order, side) for side in ("left", "right")), strict=True)
+    return np.array([requirement.value(values[first:last]) for first, last in ends])
 
 
 def _indices(study: Study, part: pd.DataFrame) -> Iterator[dict[str, Any]]:

@@ -9,6 +9,7 @@ import pytest
 
 from prb3r.errors import SpecError
 from prb3r.present.study.publish import publish
+from prb3r.present.study.rigs import spread
 from prb3r.quantities import Quantity
 from prb3r.runs.store import read_arrow
 from prb3r.study.axes import sampled_points
@@ -111,6 +112,27 @@ def test_half_of_the_rigs_keep_a_bound_at_the_median(tmp_path):
     publish(result)
     summary = (result.folder / "summary.md").read_text()
     assert "50.0 % (38.1 to 61.9 %) of 64 rigs of the design keep every requirement" in summary
+
+
+def test_the_figure_of_rigs_has_the_shares_that_the_text_tells(tmp_path):
+    """A rig that breaks a bound in one of two circumstances breaks it."""
+    cut = '[[factor]]\nname = "cut"\n[[factor.level]]\nlabel = "none"\n[[factor.level]]\nlabel = "3"\nbroken = ["3"]\n'
+    loads = "[[step]]\ncable_1_n = 20\ncable_3_n = 15\n"
+    metrics = '[[metric]]\nkind = "position"\n'
+    found = solved(tmp_path, HEAD + sampling("sobol", 16) + MODULUS + cut + loads + metrics)
+    worst = found.cases.groupby(found.cases["case_id"] % 16)["tip_y_m"].min()
+    bound = float(worst.sort_values().iloc[4:6].mean())  # which 11 of 16 rigs keep
+    wish = f'[[requirement]]\nmetric = "tip_y_m"\nat_least = {bound}\n'
+    result = solved(tmp_path, HEAD + sampling("sobol", 16) + MODULUS + cut + loads + metrics + wish)
+    told = result.rigs.shares.iloc[-1]["share"]
+    study, quantity = result.plan.study, Quantity("tip_y_m", "y", "m", "")
+    values, height = spread(study, result.cases, quantity, study.requirement[0])
+    assert told == pytest.approx(11 / 16)
+    assert height[values < bound].max() == pytest.approx(1 - told)
+    lost = result.cases.assign(tip_y_m=result.cases["tip_y_m"].where(result.cases["case_id"] % 16 != 3))
+    values, height = spread(study, lost, quantity, study.requirement[0])
+    assert len(values) == 15
+    assert height[0] == pytest.approx(2 / 16)  # a rig without a value is on the side that breaks the bound
 
 
 def test_values_without_end_are_values(tmp_path):

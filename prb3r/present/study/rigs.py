@@ -16,7 +16,6 @@ from prb3r.present.legends import without_repeats
 from prb3r.present.page import Table
 from prb3r.present.study.section import Section
 from prb3r.quantities import Quantity, describe, label
-from prb3r.study.compare import select
 from prb3r.study.designs import design_names, known_values
 from prb3r.study.phrases import bound_in_words, known_in_words, wish_in_words
 from prb3r.study.rigs import (
@@ -24,6 +23,7 @@ from prb3r.study.rigs import (
     Rigs,
     metrics_of,
     quantile_column,
+    rig_numbers,
     sampled_cases,
     share_in_words,
     share_sentences,
@@ -33,11 +33,14 @@ from prb3r.study.spec import Study
 from prb3r.study.wishes import Requirement
 
 RIGS_CAPTIONS = {
-    "rigs": "Share of the rigs below each value; the bound of the requirement is red, and its far side shaded.",
+    "rigs": "Share of the rigs below each value. For a requirement the value of a rig is the number that is bounded, "
+    "over all its circumstances (the worst, if nothing else is said); the bound is red, and its far side shaded.",
     "indices": "Which error matters: share of the variance that it makes by itself (dark) and with others (pale).",
 }
 MOST_PANELS = 6
 """Metrics that are drawn at most; all of them are in the tables."""
+MOST_CURVES = 8
+"""Settings that have a curve of their own at most, where there are no requirements; else designs have one."""
 TOLD_QUANTILES = (0.05, 0.5, 0.95)
 """Quantiles in the report; `quantiles.parquet` has more."""
 ENDS = "", "_low", "_high"
@@ -189,37 +192,53 @@ def _drawn(study: Study, most: int) -> list[tuple[Quantity, Requirement | None]]
 
 
 def spread_figure(study: Study, cases: pd.DataFrame) -> Figure:
-    """Empirical distribution of each metric over the rigs, a panel each, with the bounds of requirements."""
+    """Empirical distribution over the rigs, a panel each: of the number that each requirement bounds, for each design,
+    or without requirements of each metric, for each setting of the factors that are no errors."""
     drawn = cases[sampled_cases(study, cases) < 2]
-    drawn = drawn.assign(_design=design_names(drawn, study.design_factors))
-    looks = style.looks(list(dict.fromkeys(drawn["_design"])))
+    errors = {error.name for error in study.errors}
+    apart, fixed = study.design_factors, [factor.name for factor in study.factor if factor.name not in errors]
+    if whole := not study.requirement and len(drawn[fixed].drop_duplicates()) <= MOST_CURVES:
+        apart = fixed
+    drawn = drawn.assign(_group=design_names(drawn, apart))
+    looks = style.looks(list(dict.fromkeys(drawn["_group"])))
     panels = _drawn(study, MOST_PANELS)
     handles = [
         Line2D([], [], color=look.colour, ls=look.line, label=style.literal(name))
         for look, name in zip(looks.values(), without_repeats(list(looks)), strict=True)
     ]
-    handles = handles if study.design_factors else []
+    handles = handles if apart else []
     if study.requirement:
         handles.append(Line2D([], [], color=style.ALARM, lw=1.0, label="bound of the requirement"))
     figure, axes = canvas.panels([""] * len(panels), handles, 0.7, shared=False)
     for panel, (quantity, requirement) in zip(axes, panels, strict=True):
-        rows = drawn if requirement is None else select(drawn, requirement.where)
-        shown = style.shown(quantity, rows[quantity.name])
+        shown = style.shown(quantity, drawn[quantity.name])
         for name, look in looks.items():
-            values = known_values(rows[rows["_design"] == name], quantity.name)
-            values = np.sort(values[np.isfinite(values)]) * shown.factor
-            if len(values):
-                # rigs without a value count too, so that the curve then stays below one
-                height = np.arange(1, len(values) + 1) / (rows["_design"] == name).sum()
-                panel.step(values, height, where="post", color=look.colour, ls=look.line)
+            values, height = spread(study, drawn[drawn["_group"] == name], quantity, requirement)
+            panel.step(values * shown.factor, height, where="post", color=look.colour, ls=look.line)
         if requirement is not None:
             _bound(panel, requirement, shown.factor)
         panel.set(xlabel=shown.label, ylim=(0, 1))
         panel.locator_params(axis="x", nbins=4)
         panel.yaxis.set_major_formatter(lambda value, _: f"{100 * value:.0f} %")
     for panel in axes[:: canvas.panels_in_row(axes)]:
-        panel.set_ylabel("share of rigs below")
+        panel.set_ylabel(f"share of {'rigs' if whole or study.requirement else 'cases'} below")
     return figure
+
+
+def spread(
+    study: Study, part: pd.DataFrame, quantity: Quantity, requirement: Requirement | None
+) -> tuple[np.ndarray, np.ndarray]:
+    """Finite values in rising order, each with the share of the rigs among the cases `part` at or below it.
+
+    Rigs without a value count beyond all others, on the side that breaks the requirement.
+    """
+    if requirement is None:
+        values, missing = known_values(part, quantity.name), np.inf
+    else:
+        values, missing = rig_numbers(study, part, requirement), -requirement.sign * np.inf
+    values = np.sort(np.where(np.isnan(values), missing, values))
+    finite = np.isfinite(values)
+    return values[finite], (np.arange(1, len(values) + 1) / len(values))[finite]
 
 
 def _bound(axes: Axes, requirement: Requirement, factor: float) -> None:
