@@ -153,10 +153,8 @@ def reach_command(ctx, manipulator, disk, path, most, output, **asked) -> None:
     say_what_is_compiled()
 
     def tell(what: str) -> None:
-        """Say what is odd about the targets of a path before the search, which may be long; of a single one the answer
-        says it."""
-        if path is not None:
-            click.echo(f"prb3r: {path}: {what}", err=True)
+        """Say what is odd about targets before the search, which may be long."""
+        click.echo(f"prb3r: {path or 'target'}: {what}", err=True)
 
     answer = pulls_to(load_manipulator(manipulator), disk=number, path=path, most_n=most, tell=tell, **wanted)
     if place:

@@ -21,6 +21,8 @@ from prb3r.model.files.validation import KeyedError, validated
 from prb3r.model.parts import MAX_PLATES, Cable, Disk, Friction, Segment, Strict
 from prb3r.model.paths import keys_of_path, with_value
 
+FARTHEST_BESIDE = 2.0
+"""Offset of a cable, in lengths of the manipulator, beyond which it is most likely given in millimetres."""
 ModelName = Literal["prb3r", "elastica", "constant-curvature"]
 
 
@@ -71,6 +73,7 @@ class Manipulator(Strict):
     def _consistent(self) -> "Manipulator":
         problems: list[tuple[Keys, str]] = []
         names = [cable.name for cable in self.cable]
+        length = sum(segment.plates * (segment.length_m + self.disk.thickness_m) for segment in self.segment)
         for number, cable in enumerate(self.cable):
             if cable.name in names[:number]:
                 what = f"{names.count(cable.name)} cables are named {cable.name!r}; names must differ"
@@ -78,6 +81,10 @@ class Manipulator(Strict):
             if cable.ends_at_segment > len(self.segment):
                 what = f"cable {cable.name!r} ends at segment {cable.ends_at_segment}, but there are only "
                 problems.append((("cable", number, "ends_at_segment"), f"{what}{len(self.segment)}"))
+            offsets = cable.offset_m if isinstance(cable.offset_m, list) else [cable.offset_m]
+            if (beside := max(map(abs, offsets), default=0.0)) > FARTHEST_BESIDE * length:
+                what = f"{beside:g} m beside a manipulator that is {length:.3g} m long; lengths are given in metres"
+                problems.append((("cable", number, "offset_m"), f"{what}: {beside:g} mm is {beside / 1e3:g}"))
         if self.model == "constant-curvature" and self.follows_history:
             what = "friction.direction = 'history' needs the model 'prb3r' or 'elastica'"
             problems.append((("friction", "direction"), what))

@@ -25,7 +25,7 @@ from prb3r.study.columns import column_problems, described, known_columns
 from prb3r.study.factors import MAX_CASES
 from prb3r.study.metrics.base import Metric
 from prb3r.study.resolve import resolve
-from prb3r.study.selections import closed_loop_problems, lacking_problems, selection_problems
+from prb3r.study.selections import closed_loop_problems, far_bound_problems, lacking_problems, selection_problems
 from prb3r.study.spec import Study, load_study
 
 SMALLEST_CHUNK, MOST_CHUNKS = 32, 64
@@ -270,7 +270,7 @@ def _problems_of_asked(
         return  # it is told as a problem of the cases
     wrong = list(column_problems(study, known_columns(study, cables)))
     if cases is not None:
-        checks = (selection_problems, lacking_problems, closed_loop_problems)
+        checks = (selection_problems, lacking_problems, far_bound_problems, closed_loop_problems)
         wrong += [problem for check in checks for problem in check(study, cases)]
     for keys, what in wrong:
         yield Problem(place_of(path, in_file(keys)), what)

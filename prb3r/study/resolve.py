@@ -1,6 +1,7 @@
 """From a study file to its checked cases, or to a list of all problems with them."""
 
 import itertools
+import re
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -23,7 +24,7 @@ from prb3r.study.loading import Cloud, LoadSweep, TargetPath
 from prb3r.study.loads import in_other_unit, load_columns, load_rows, steps_frame
 from prb3r.study.rounding import short
 from prb3r.study.spec import Study
-from prb3r.study.tree import Tree, with_setting
+from prb3r.study.tree import Tree, setting_at, with_setting
 
 MAX_PROBLEMS = 20
 """Number of different problems after which no more cases are checked."""
@@ -63,6 +64,8 @@ def resolve(
     checked: dict[int, tuple[Tree, Manipulator | None, list[str]]] = {}
     try:
         base = base_settings(study, manipulator) | {"reach": _reach(path, study)}
+        if wide := list(_wide_errors(study, base)):
+            raise KeyedError(*wide)
         grid = axes(study, designs)
         for family, wrong in unchecked_cases(base, study, grid):
             families.append(family)
@@ -122,6 +125,26 @@ def base_settings(study: Study, manipulator: Manipulator) -> Tree:
     for target, value in study.set.items():
         settings = with_setting(settings, target, value)
     return settings
+
+
+def _wide_errors(study: Study, base: Tree) -> Iterator[tuple[Keys, str]]:
+    """Errors added to lengths that scatter by more than these lengths are, most likely in another unit, with their
+    keys; an offset is held against the largest of all cables, as some may lie in the middle."""
+    cables = [np.ravel(cable["offset_m"]) for cable in base["manipulator"]["cable"]]
+    for number, factor in enumerate(study.factor):
+        paths = factor.changed if factor.added_to and factor.normal else []
+        sd = factor.normal.sd if factor.normal else 0.0
+        for path in paths:
+            offset, length = "offset_m" in path.split("."), re.search(r"_m(\.\d+)?$", path)
+            try:
+                stands = np.ravel(setting_at(base, path))
+            except KeyError:
+                continue  # told with the cases
+            stands = np.concatenate(cables) if offset else stands
+            if length and stands.dtype == float and 0 < (largest := float(np.abs(stands).max(initial=0.0))) < sd:
+                what = f"{path}, of at most {largest:g} m, with a standard deviation of {sd:g} m: lengths are given in"
+                yield ("factor", number, "normal"), f"an error of {what} metres, and {sd:g} mm is {sd / 1e3:g}"
+                break
 
 
 def _reach(path: Path, study: Study) -> Tree:

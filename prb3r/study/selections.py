@@ -6,10 +6,11 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from prb3r.inverse.target import out_of_reach
 from prb3r.model.files.toml_lines import Keys
 from prb3r.model.manipulator import Manipulator
 from prb3r.study.cases import Cases
-from prb3r.study.columns import criteria_of
+from prb3r.study.columns import criteria_of, described
 from prb3r.study.compare import select
 from prb3r.study.loads import load_columns
 from prb3r.study.metrics.response import last_loop
@@ -57,6 +58,23 @@ def lacking_problems(study: Study, cases: Cases) -> Iterator[tuple[Keys, str]]:
             if source in lacking:
                 what = f"column {name!r} has no value in any case: it needs {lacking[source]} of the manipulator"
                 yield (*keys, "metric"), f"{what}; give it in {study.manipulator}"
+
+
+def far_bound_problems(study: Study, cases: Cases) -> Iterator[tuple[Keys, str]]:
+    """Problems of requirements on lengths and angles far beyond what the manipulator of any case can make, most likely
+    given in another unit, with their keys in the spec."""
+    units = {quantity.name: quantity.unit for quantity in described(study)[len(study.factor) :]}
+    for number, requirement in enumerate(study.requirement):
+        name = {"m": "x_m", "rad": "angle_rad"}.get(units.get(requirement.metric, ""))
+        if name is None:
+            continue
+        said: list[str] = []
+        for manipulator in _manipulators(cases):
+            said = out_of_reach(manipulator.chain(), [{name: requirement.limit}])
+            if not said:
+                break
+        side = "at_most" if requirement.at_least is None else "at_least"
+        yield from ((("requirement", number, side), what.replace(name, side, 1)) for what in said)
 
 
 def closed_loop_problems(study: Study, cases: Cases) -> Iterator[tuple[Keys, str]]:

@@ -37,6 +37,11 @@ def refusal(folder, old, new):
         ("length_m = 0.030", "length_m = 30", "segment.1.length_m: 30 m is not .* metres: 30 mm is 0.03"),
         ("thickness_m = 0.0008", "thickness_m = 0.8", "segment.1.thickness_m: 0.8 m is not .*: 0.8 mm is 0.0008"),
         ("thickness_m = 0.004", "thickness_m = 4", "disk.thickness_m: 4 m is not .*: 4 mm is 0.004"),
+        (
+            "offset_m = -0.021",
+            "offset_m = -1.2",
+            "cable.3.offset_m: 1.2 m beside a .* 0.476 m long.*: 1.2 mm is 0.0012",
+        ),
         ("offset_m = -0.021", "offset_m = -21", "cable.3.offset_m: -21 m is not .*: -21 mm is -0.021"),
         ("mass_kg = 0.0447", "mass_kg = 44.7", "disk.mass_kg: 44.7 kg is not .*: 44.7 g is 0.0447"),
         ("coefficient = 0.3", "coefficient = 15", "friction.coefficient: 15 is more .* 15 degrees is 0.27"),

@@ -89,6 +89,24 @@ def test_everything_that_needs_no_solve_is_told_at_once_with_its_line(tmp_path, 
         assert problem.startswith(f"{path}:{line} ")
 
 
+@pytest.mark.parametrize(
+    ("bound", "said"),
+    [
+        ("at_least = 90", ".at_least: at_least = 90 rad is 14 turns; angles are given in radians: 90 degrees is 1.571"),
+        ("at_least = 1.571", None),
+    ],
+)
+def test_a_bound_in_another_unit_is_refused(tmp_path, bound, said):
+    text = HEAD + TIP + f'[[requirement]]\nmetric = "tip_angle_rad"\n{bound}\n'
+    if said:
+        assert said in problems(tmp_path, text)[1][0]
+    else:
+        (tmp_path / "right.toml").write_text(text)
+        plan_study(tmp_path / "right.toml")
+    far = HEAD + TIP + '[[requirement]]\nmetric = "tip_x_m"\nat_most = 300\n'
+    assert "at_most = 300 m is far beyond the manipulator" in problems(tmp_path, far)[1][0]
+
+
 MISTAKES = (
     ('[[metric]]\nkind = "positon"\n', "metric.1.kind: unknown kind 'positon'"),
     ('[[factor]]\nname = "no_m"\npath = "segment.9.thickness_m"\nvalues = [1.0]\n', "'9' is not a number from 1 to 2"),

@@ -240,6 +240,7 @@ def test_errors_add_to_what_earlier_factors_have_set_and_are_no_designs(tmp_path
     [
         ('name = "mu"\npath = "friction.coefficient"\nnormal = { sd = 0.1 }', "normal needs its mean"),
         ('name = "a"\nadded_to = "cable.1.offset_m"\nnormal = { sd = 0.1 }', "must end in '_m'"),
+        ('name = "a_m"\nadded_to = "cable.1.offset_m"\nnormal = { sd = 0.1 }', "0.1 m: lengths are given in metres"),
         ('name = "a_m"\ntimes = "cable.1.offset_m"\nnormal = { sd = 0.1 }', "a multiplier has no unit"),
         ('name = "a"\nadded_to = "model"\nnormal = { sd = 0.1 }', "leads to no number that could be changed: 'prb3r'"),
         ('name = "a"\nchosen = false\npath = "friction.coefficient"\nvalues = [0.1]', "chosen = false is of levels"),
