@@ -3,6 +3,7 @@
 import os
 from collections.abc import Iterable
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pandas as pd
 
@@ -22,6 +23,9 @@ from prb3r.recording.markers import MARKER_COLUMNS, MARKER_KEYS, marker_problems
 from prb3r.recording.plausibility import implausible
 from prb3r.recording.reading import RECORDING_FILE, load_recording
 from prb3r.recording.recording import Kind
+
+if TYPE_CHECKING:
+    from prb3r.study.spec import Study
 
 
 def only_manipulator(paths: Iterable[Path]) -> Manipulator | None:
@@ -121,8 +125,28 @@ def _check_study(path: Path) -> str:
         if declared and (what := ignored_slips(family.manipulator(), declared)):
             ignored[what] = ignored.get(what, 0) + len(family)
     remarks = [f"{what}, in {number} of them" for what, number in ignored.items()]
+    remarks += _dropped_loads(plan.study)
     most = "at most " if plan.study.search is not None else ""
     return "\n  ".join([f"study of {most}{count(plan.most_cases, 'case')}", *remarks])
+
+
+def _dropped_loads(study: "Study") -> list[str]:
+    """A remark for each level whose loads stand in place of loads of the study that they do not name."""
+    said = []
+    for factor in study.factor:
+        for level in factor.level or ():
+            for key, base, own in (
+                ("step", study.step, level.step),
+                ("initial", [study.initial], None if level.initial is None else [level.initial]),
+            ):
+                named = {name for step in own or () for name in step}
+                dropped = list(dict.fromkeys(name for step in base for name in step if name not in named))
+                if own is not None and dropped:
+                    what = f"level {level.label!r} of {factor.name}: its {key} stands in place of the study's"
+                    said.append(
+                        f"{what}, so that {', '.join(dropped)} of that {'is' if len(dropped) == 1 else 'are'} dropped"
+                    )
+    return said
 
 
 def _check_recording(path: Path) -> str:

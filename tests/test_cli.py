@@ -273,6 +273,16 @@ def test_solve_says_in_how_many_steps_plates_would_yield(tmp_path):
     assert "yield" not in prb3r("solve", PROTOTYPE, tmp_path / "steps.csv").stderr
 
 
+def test_check_says_which_loads_the_steps_of_a_level_drop(tmp_path):
+    level = '[[factor.level]]\nlabel = "{}"\nstep = [{}]\n'
+    levels = level.format("tip", "{ tip_y_n = 1.0 }") + level.format("more", "{ cable_1_n = 5.0 }")
+    head = f'name = "s"\ntitle = "s"\nmanipulator = "{PROTOTYPE}"\n'
+    (tmp_path / "s.toml").write_text(head + "[[step]]\ncable_1_n = 3.0\n" + '[[factor]]\nname = "load"\n' + levels)
+    told = prb3r("check", tmp_path / "s.toml").stdout
+    assert "level 'tip' of load: its step stands in place of the study's, so that cable_1_n of that is dropped" in told
+    assert "'more'" not in told
+
+
 def test_check_says_where_masses_weigh_nothing(tmp_path):
     """The prototype moves level; neither with gravity nor without masses is there anything to say."""
     text, mass = PROTOTYPE.read_text(), "mass_kg = 0.0447"

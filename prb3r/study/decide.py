@@ -34,7 +34,8 @@ def decide(cases: DesignCases) -> Decision:
     without = (frame["outcome"] != "converged") & np.any([np.zeros(len(frame), bool), *wanted], axis=0)
     lost = without & frame["design"].isin(able or set(names))
     failed = set(frame.loc[lost, "scenario"]) & shared
-    values = cases.values(wishes.preference, frame[frame["scenario"].isin(shared - failed)])
+    kept = frame[frame["scenario"].isin(shared - failed)]
+    values = cases.values(wishes.preference, kept)
     return Decision(
         designs=names,
         requirements=wishes.requirement,
@@ -46,6 +47,7 @@ def decide(cases: DesignCases) -> Decision:
         left_out=len(every) - len(shared),
         failed=len(failed),
         missing=cases.missing(wishes.requirement),
+        counted=[select(kept, preference.where)["scenario"].nunique() for preference in wishes.preference],
         remark=cases.remark,
     )
 

@@ -67,6 +67,8 @@ class Decision:
     no design keeps them, as any design fails."""
     missing: Mapping[tuple[int, int], Missing] = field(default_factory=dict)
     """By number of the design and of the requirement, the cases without a value, where there are any."""
+    counted: Sequence[int] = ()
+    """Number of those cases that each preference is over, as it may name some of them alone; empty: all of them."""
     remark: str = ""
     """What is to be known of what tells the designs apart, as a sentence."""
 

@@ -35,5 +35,6 @@ def unsettled(decision: Decision) -> str:
     how = f"by {100 * shift:.0f} % of its extent" if np.isfinite(shift) else "from nothing"
     return (
         f"The front still moved in the last third of the search, {how}: it has not settled. "
-        f"Try more designs (designs = {2 * len(decision.designs)} in [search]); what is stored is not computed again."
+        f"Try more designs (designs = {2 * len(decision.designs)} in [search]). The search then goes another way: of "
+        "what is stored, only designs that it meets again, such as the first ones, are not computed again."
     )

@@ -1,5 +1,6 @@
 import io
 import itertools
+from dataclasses import replace
 from types import SimpleNamespace
 
 import matplotlib
@@ -152,6 +153,23 @@ def test_bars_have_a_panel_and_a_unit_for_each_metric():
     assert [len(axes.patches) for axes in figure.axes] == [4, 4]
     assert figure.axes[1].patches[0].get_height() == pytest.approx(500.0)
     assert any(line.get_marker() == "x" for line in figure.axes[0].lines)
+
+
+def test_bars_of_a_comparison_leave_out_the_cases_that_others_are_compared_with():
+    """Their 0 says nothing, and would be in the median; a bar of their own they keep."""
+    cases = cases_of(order=["first", "first", "last", "last"], mu=[0.1, 0.3, 0.1, 0.3], shift_m=[0.0, 0.0, 2.0, 4.0])
+    scene = replace(SCENE, compared={"shift_m": {"order": "first"}})
+    over = plot_of(name="b", kind="bars", x="mu", y=["shift_m"], y_unit="m")
+    assert heights(study_figure(over, cases, None, scene)) == [2.0, 4.0]
+    apart = plot_of(name="b", kind="bars", x="order", y=["shift_m"], y_unit="m")
+    figure = study_figure(apart, cases, None, scene)
+    assert heights(figure) == [0.0, 3.0]
+    assert "from least to greatest; bar: median" in texts(figure)
+    assert "from least to greatest; bar: median" not in texts(study_figure(over, cases, None, scene))
+
+
+def heights(figure):
+    return [patch.get_height() for patch in figure.axes[0].patches]
 
 
 def test_loops_are_drawn_over_the_applied_tension_with_a_row_for_each_disk():

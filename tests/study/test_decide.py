@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 
 from prb3r.errors import SpecError
-from prb3r.present.study.comparison import advice_on, publish_comparison
+from prb3r.present.study.comparison import advice_on, decision_captions, publish_comparison
 from prb3r.quantities import describe
 from prb3r.runs.store import read_arrow
 from prb3r.study.advice import bindings, exclusions, recommendation
@@ -89,6 +89,24 @@ def test_designs_of_equal_scores_are_said_to_be_level_first_and_told_apart_by_th
     assert "Their reserves do not tell them apart either" in recommendation(close)
     apart = decide(cases(two, bounds, [greater("area", weight=1.2), less("force")]))
     assert recommendation(apart).startswith("**Recommendation: thin.**")
+
+
+def test_the_note_counts_the_cases_that_preferences_name():
+    table = {"design": ["a", "a", "b", "b"], "force": [1.0, 2.0, 3.0, 1.0], "load": ["x", "y"] * 2}
+    one = [less("force", where={"load": "x"})]
+    assert "Preferences are over 1 of the 2 cases that all designs share" in advice_on(cases(table, [], one)).note
+    assert "Preferences are over the 2 cases" in advice_on(cases(table, [], [less("force")])).note
+
+
+def test_captions_tell_the_panels_that_there_are():
+    """With one design on the front there is no worth to tell."""
+    bounds = [Requirement(metric="force", at_most=100)]
+    one = decision_captions(decide(cases(TABLE, bounds, [greater("area")])), "comparison")
+    assert one["comparison"] == "How far each design is inside the requirements."
+    both = decision_captions(decide(cases(TABLE, bounds, [greater("area"), less("force")])))
+    assert both["decision"].endswith("requirements and what it is worth by each preference.")
+    worth = decision_captions(decide(cases(TABLE, [], [greater("area"), less("force")])))
+    assert worth["decision"] == "What each design is worth by each preference."
 
 
 def test_what_says_nothing_is_left_out():

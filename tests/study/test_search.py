@@ -91,6 +91,14 @@ def test_no_design_is_tried_twice_and_no_more_than_asked_for():
     assert (designs == again).all()
 
 
+def test_with_one_preference_more_designs_go_on_where_fewer_ended():
+    few, more = (
+        searched_designs(searching([{"low": 0.0, "high": 4.0}] * 2, 1, count), least(lambda x, y: (x - 1) ** 2 + y))
+        for count in (128, 256)
+    )
+    assert (few == more[: len(few)]).all()
+
+
 def test_a_design_without_a_value_is_never_preferred():
     study = searching([{"low": 0.0, "high": 4.0}], 1, 200)
 

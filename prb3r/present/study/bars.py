@@ -7,10 +7,12 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 from prb3r.present import canvas, style
 from prb3r.present.study.sheet import FAILED_MARK, Sheet, begin_at_zero, entry, failures, ordered, values_of
 from prb3r.present.style import pale
+from prb3r.study.compare import select
 from prb3r.study.plots.kinds import BarsPlot
 
 
@@ -18,6 +20,10 @@ def bars_figure(sheet: Sheet[BarsPlot]) -> Figure:
     """Grouped bars, a panel for each metric with its own unit; whiskers span the cases that share a bar."""
     plot, rows = sheet.plot, sheet.rows
     handles = [*sheet.handles(patch=True, solid=True), *(entry(ink) for ink in failures(rows))]
+    shared = (_spread(_others(sheet, group, metric), metric) for metric in plot.y for _, _, group in sheet.groups(rows))
+    if any((ends["max"] > ends["min"]).any() for ends in shared):
+        told = "from least to greatest; bar: median"
+        handles.append(Line2D([], [], color=style.INK, ls="", marker="|", ms=7.0, mew=0.7, label=told))
     units = [sheet.shown(metric, plot.y_unit) for metric in plot.y]
     figure, axes = canvas.panels([unit.label for unit in units], handles, 0.62, shared=False)
     places = ordered(values_of(rows, plot.x))
@@ -27,8 +33,9 @@ def bars_figure(sheet: Sheet[BarsPlot]) -> Figure:
         for index, (look, line, group) in enumerate(groups):
             at = np.arange(len(places)) + (index - (len(groups) - 1) / 2) * width
             ink = {"fc": pale(look.colour, 0.7), "ec": look.colour, "hatch": look.hatch, "width": 0.92 * width}
-            values = group.assign(_x=values_of(group, plot.x), _v=group[metric] * unit.factor)
-            _bar(panel, at, places, values, ink | ({"ls": line} if sheet.style else {}))
+            values = _others(sheet, group, metric)
+            values = values.assign(**{metric: values[metric] * unit.factor})
+            _bar(panel, at, places, values, metric, ink | ({"ls": line} if sheet.style else {}))
         name_places(panel, sheet, places)
         if plot.x != "broken_cables":
             panel.set_xlabel(sheet.shown(plot.x, plot.x_unit).label)
@@ -36,10 +43,26 @@ def bars_figure(sheet: Sheet[BarsPlot]) -> Figure:
     return figure
 
 
-def _bar(axes: Axes, at: np.ndarray, places: list[Any], group: pd.DataFrame, ink: Mapping[str, Any]) -> None:
+def _others(sheet: Sheet[BarsPlot], group: pd.DataFrame, metric: str) -> pd.DataFrame:
+    """The cases of a group with their place `_x`, without those that others are compared with where they share a bar
+    with others: a difference from themselves says nothing."""
+    group = group.assign(_x=values_of(group, sheet.plot.x))
+    if metric not in sheet.scene.compared:
+        return group
+    base = group.index.isin(select(group, sheet.scene.compared[metric]).index)
+    return group[~base | ~group["_x"].isin(group["_x"][~base])]
+
+
+def _spread(group: pd.DataFrame, metric: str) -> pd.DataFrame:
+    """Least, median and greatest value of the cases of a group that share a bar."""
+    return group.groupby("_x")[metric].agg(["min", "median", "max"])
+
+
+def _bar(
+    axes: Axes, at: np.ndarray, places: list[Any], group: pd.DataFrame, metric: str, ink: Mapping[str, Any]
+) -> None:
     """The bars of one group: medians, with whiskers where cases share a bar and crosses where cases failed."""
-    spread = group.groupby("_x")["_v"].agg(["min", "median", "max"]).reindex(places).to_numpy(float)
-    low, middle, high = spread.T
+    low, middle, high = _spread(group, metric).reindex(places).to_numpy(float).T
     axes.bar(at, middle, lw=0.7, **ink)
     if (high > low).any():
         whiskers = [middle - low, high - middle]

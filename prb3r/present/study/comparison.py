@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from prb3r.markdown import listed
 from prb3r.model.files.cells import count
 from prb3r.present import rc, style
 from prb3r.present.figure_files import save_figure
@@ -19,12 +20,8 @@ from prb3r.study import advice
 from prb3r.study.decide import by_circumstance, decide
 from prb3r.study.decision import Decision
 from prb3r.study.designs import DesignCases
-from prb3r.study.phrases import known_in_words
+from prb3r.study.phrases import capitalised, known_in_words
 
-DECISION_CAPTIONS = {
-    "decision": "How far each design is inside the requirements, and what it is worth by each preference.",
-    "decision-front": "The designs over the two preferences of greatest weight, and the Pareto front of these two.",
-}
 MOST_BESIDE = 5
 """Up to this many designs are columns of the table; more are rows."""
 
@@ -188,7 +185,11 @@ def note_on(decision: Decision, most: int) -> str:
     if decision.preferences:
         cases = "one case" if decision.shared == 1 else f"{decision.shared} cases"
         shared = "" if decision.alone else " that all designs share"
-        note = f"Preferences are over the {cases}{shared}"
+        counted, whole = list(dict.fromkeys(decision.counted)), decision.shared - decision.failed
+        part = (
+            f"{listed([str(number) for number in counted])} of " if any(number != whole for number in counted) else ""
+        )
+        note = f"Preferences are over {part}the {cases}{shared}"
         if decision.failed == decision.shared:
             each = "the one case" if decision.shared == 1 else f"each of the {cases}"
             note = f"Preferences have no case to go by: in {each}{shared} a design fails"
@@ -214,13 +215,22 @@ def designs_told(decision: Decision) -> list[str]:
     return [f"{name}.\n{line}." for name, line in zip(decision.designs, lines, strict=True)]
 
 
+def decision_captions(decision: Decision, name: str = "decision") -> dict[str, str]:
+    """The caption of each figure of a decision, whose names begin with `name`; of `name`, by the panels that it has."""
+    reserves = ["how far each design is inside the requirements"] * bool(decision.requirements)
+    worth = ["what it is worth by each preference" if reserves else "what each design is worth by each preference"]
+    told = [*reserves, *(worth if _scored(decision) else [])]
+    front = "The designs over the two preferences of greatest weight, and the Pareto front of these two."
+    return {name: f"{capitalised(listed(told))}.", f"{name}-front": front}
+
+
 def write_comparison(counsel: Advice, folder: Path, name: str, spots: Mapping[str, dict | None]) -> Path:
     """Write the HTML page of a comparison, whose figures are in `folder` already, and return its path.
 
     It is `report.html` or, in the folder of a study or a diagnosis, which has a page of that name, `<name>.html`.
     `spots` are those of each figure, by its name.
     """
-    captions = {key.replace("decision", name): text for key, text in DECISION_CAPTIONS.items()}
+    captions = decision_captions(counsel.decision, name)
     pointed = {key: part for key, part in spots.items() if part is not None}
     told = dict(enumerate(designs_told(counsel.decision)))
     states, half = designs_standing(counsel.firsts, counsel.decision.designs) if pointed else ({}, 0.0)

@@ -7,9 +7,9 @@ from prb3r.errors import Problem
 from prb3r.present.figure_files import save_figure
 from prb3r.present.spots import spots_of
 from prb3r.present.study.comparison import (
-    DECISION_CAPTIONS,
     MOST_IN_PAGE,
     advice_on,
+    decision_captions,
     decision_pictures,
     listed_designs,
     note_on,
@@ -49,6 +49,7 @@ def scene_of(result: Result) -> Scene:
         lambda n: plan.cases[n].settings["reach"],
         loads_to_draw(result),
         tuple(factor.name for factor in plan.study.factor),
+        {comparison.name: comparison.to for comparison in plan.study.comparison},
     )
 
 
@@ -71,7 +72,8 @@ def draw_pictures(result: Result, source: Source) -> Pictures:
         drawn = decision_pictures(counsel.decision, result.folder, "decision")
         files += [path for paths, _ in drawn.values() for path in paths]
         spots |= {name: about_designs(about, len(plan.cases)) for name, (_, about) in drawn.items()}
-        figures = [(name, DECISION_CAPTIONS[name]) for name in drawn] + figures
+        captions = decision_captions(counsel.decision)
+        figures = [(name, captions[name]) for name in drawn] + figures
     sections = []
     if counsel is not None and plan.study.search is not None:
         figure = search_picture(counsel.decision)

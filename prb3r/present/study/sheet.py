@@ -2,7 +2,7 @@
 
 import itertools
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, Generic, TypeVar
 
@@ -44,6 +44,8 @@ class Scene:
     """Number of first loads of each cloud to which the states are limited; None: the states are all."""
     factors: tuple[str, ...] = ()
     """Columns of the cases that hold factors."""
+    compared: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    """By column of a comparison, what is known of the cases that others are compared with."""
 
 
 @dataclass(frozen=True)
