@@ -102,6 +102,15 @@ def test_large_studies_are_not_listed_case_by_case(tmp_path, cases):
     assert "Laws" not in page
 
 
+def test_the_first_lines_tell_what_differs_and_by_how_much(tmp_path, cases):
+    cases = cases.assign(gain=[1.0, 1.5, 2.5], outcome="converged")
+    pages = write_report(tmp_path, Source(STUDY, cases, QUANTITIES, MANIFEST))
+    told = "Gain, against Friction coefficient 0: from 1.5 (Friction coefficient 0.3) to 2.5 (Friction coefficient 0.6)"
+    summary, page = (path.read_text() for path in pages)
+    assert summary.index(told) < summary.index("## What was varied")
+    assert page.index(told) < page.index("</head>") < page.index(f'<p class="answer">{told}')
+
+
 def test_missing_figure_is_named(tmp_path, cases):
     with pytest.raises(FileNotFoundError, match="plot 'shift' is missing"):
         write_report(tmp_path, Source(STUDY, cases, QUANTITIES, MANIFEST), [("shift", "")])

@@ -28,6 +28,8 @@ WHOLE_TABLE, MOST_LISTED, FEW = 500, 20, 8
 most; numbers of a factor that are listed one by one, and groups of cases in a table of many columns, at most."""
 IN_SUMMARY = 24
 """Cases that the table of all cases in `summary.md` has at most."""
+MOST_APART, MOST_DIFFERENCES = 3, 4
+"""Factors that are named of a case in a sentence at most, and comparisons that the first lines tell at most."""
 READABLE = 60
 """Rows that a table of groups of cases has at most, unless it takes more for `FEW` groups."""
 
@@ -81,6 +83,7 @@ def write_report(
         "cases": len(cases),
         "sections": answers.sections,
         "count": in_short(source),
+        "differences": differences(source),
         "varied": [_varied(source, name) for name in source.factors],
         "metrics": _ranges(source, _results(source)),
         "comparisons": _ranges(source, source.compared),
@@ -99,10 +102,32 @@ def write_report(
 
 
 def _answer(source: Source, answers: Answers) -> str:
-    """The answer of the study in a sentence: its recommendation, else the first of a section, else how many cases."""
+    """The answer of the study: its recommendation, else the first sentence of a section, else the number of cases and
+    what differs between them."""
     said = [answers.counsel.recommendation] if answers.counsel else []
     said += [section.sentences[0] for section in answers.sections if section.sentences]
-    return (said[0] if said else f"{in_short(source)}.").replace("**", "")
+    said += [" ".join([f"{in_short(source)}.", *differences(source)])]
+    return said[0].replace("**", "")
+
+
+def differences(source: Source) -> list[str]:
+    """A sentence for each comparison: what differs, from what, and by how much in which cases."""
+    said = []
+    for comparison in source.study.comparison:
+        name, others = comparison.name, source.cases.drop(select(source.cases, comparison.to).index)
+        known = others[np.isfinite(others[name].to_numpy(float))].sort_values(name, kind="stable")
+        if known.empty:
+            continue
+        apart = [factor for factor in source.factors if others[factor].nunique() > 1]
+        ends = [source.cell(name, float(known[name].iloc[k]), unit=True) for k in (0, -1)]
+        if len(apart) <= MOST_APART:
+            cases = [", ".join(source.named(factor, known[factor].iloc[k]) for factor in apart) for k in (0, -1)]
+            ends = [f"{end} ({case})" if case else end for end, case in zip(ends, cases, strict=True)]
+        base = ", ".join(source.named(factor, value) for factor, value in comparison.to.items())
+        words = f"from {ends[0]} to {ends[1]}, median {source.cell(name, float(known[name].median()), unit=True)}"
+        told = words if len(known) > 1 else ends[0]
+        said.append(f"{source.quantity(name).title}, against {base}: {told} ({count(len(known), 'case', ',')}).")
+    return said[:MOST_DIFFERENCES]
 
 
 def in_short(source: Source) -> str:
