@@ -26,6 +26,11 @@ class Strict(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
+    def __setattr__(self, name: str, value: Any) -> None:
+        """Refused: parts are checked once and stay as they are."""
+        how = 'Manipulator.replace gives a changed copy, such as .replace("segment.1.thickness_m", 1e-3)'
+        raise AttributeError(f"{name} of a {type(self).__name__} is not set in place; {how}")
+
     @classmethod
     def __get_pydantic_json_schema__(cls, core: Any, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
         schema = handler(core)

@@ -33,11 +33,16 @@ def keys_of_path(manipulator: BaseModel, path: str) -> Keys:
             keys, node = (*keys, names.index(part)), node[names.index(part)]
         elif isinstance(node, list):
             if not part.isdigit() or not 1 <= int(part) <= len(node):
-                raise ValueError(f"{path}: {part!r} is not a number from 1 to {len(node)}")
+                raise ValueError(f"{path}: {no_number(part, len(node), keys[-1])}")
             keys, node = (*keys, int(part) - 1), node[int(part) - 1]
         else:
             raise ValueError(f"{path} leads into a plain value at {part!r}")
     return keys
+
+
+def no_number(part: str, count: int, of: str | int) -> str:
+    """What is said of a `part` of a path that is no number of the `count` parts in the list `of`."""
+    return f"{part!r} is not a number from 1 to {count}" if count else f"there is no {of} {part}, nor any other"
 
 
 def parts_of_path(path: str, cables: Collection[str]) -> list[str]:

@@ -146,7 +146,14 @@ def read_designs(folders: Sequence[Path], requirements: str | Path | None = None
         firsts = {name: (folder, case) for name, case in pairs} | firsts
     where = ", ".join(map(str, folders))
     if any(sorted(rest) != sorted(rests[0]) for rest in rests):
-        raise SpecError(Problem(where, "vary different factors, so they share no cases"))
+        one_alone = sorted({name for rest in rests for name in rest if any(name not in other for other in rests)})
+        raise SpecError(
+            Problem(
+                where,
+                f"share no cases, as only some of them vary {listed(one_alone)}: if that tells designs apart, name it "
+                "in [designs] factors = [...] of the requirements; if it is a circumstance, vary it in all of them",
+            )
+        )
     errors = {error.name for study in studies for error in study.errors}
     circumstances = [name for name in rests[0] if name not in errors]
     remark = "" if asked.designs else _remark(studies[0])

@@ -28,6 +28,8 @@ from prb3r.study.tree import Tree, setting_at, with_setting
 
 MAX_PROBLEMS = 20
 """Number of different problems after which no more cases are checked."""
+OF_MANIPULATOR, NUMBER = "manipulator ", re.compile(r"-?\d+(\.\d+)?(e[-+]?\d+)?")
+"""How problems of the manipulator of a case begin, and numbers in them: what differs in numbers alone is told once."""
 MAX_TOLD = 200
 """Largest number of cases of a family whose problems with loads are listed."""
 
@@ -61,7 +63,7 @@ def resolve(
     manipulator = _manipulator(path, study.manipulator)
     families: list[Family] = []
     first: dict[tuple[Keys, str], int] = {}
-    checked: dict[int, tuple[Tree, Manipulator | None, list[str]]] = {}
+    checked: dict[int, tuple[Tree, Manipulator | None, list[tuple[Keys, str]]]] = {}
     try:
         base = base_settings(study, manipulator) | {"reach": _reach(path, study)}
         if wide := list(_wide_errors(study, base)):
@@ -82,11 +84,17 @@ def resolve(
     labels = label_columns(study, grid)
     if first:
         of = {k: ", ".join(f"{name} = {labels[name][k]}" for name in labels) for k in set(first.values())}
-        told = sorted(first, key=lambda known: first[known])
-        cases = [of[first[known]] or "the only case" for known in told]
-        places = [place_of(path, in_file(keys)) if keys else str(path) for keys, _ in told]
+        alike: dict[str, list[tuple[Keys, str]]] = {}
+        for known in sorted(first, key=lambda known: first[known]):
+            alike.setdefault(NUMBER.sub("#", known[1]) if known[1].startswith(OF_MANIPULATOR) else known[1], []).append(
+                known
+            )
+        told = [(members[0], len({what for _, what in members}) - 1) for members in alike.values()]
+        cases = [of[first[known]] or "the only case" for known, _ in told]
+        places = [place_of(path, in_file(keys)) if keys else str(path) for (keys, _), _ in told]
+        words = [what + (f"; {more} more like this" if more else "") for (_, what), more in told]
         raise SpecError(
-            *(Problem(f"{place} ({case})", what) for place, case, (_, what) in zip(places, cases, told, strict=True))
+            *(Problem(f"{place} ({case})", what) for place, case, what in zip(places, cases, words, strict=True))
         )
     return Cases(labels, tuple(families))
 
@@ -159,7 +167,11 @@ def _reach(path: Path, study: Study) -> Tree:
         return {}
     rows = [place.model_dump(exclude_none=True) for place in study.reach.target or ()]
     if study.reach.path is not None:
-        rows = target_rows(path.parent / study.reach.path)
+        if not (table := path.parent / study.reach.path).exists():
+            others = [other.name for other in table.parent.glob(f"*{table.suffix}")] if table.suffix else []
+            what = f"{study.reach.path}: no such file{did_you_mean(table.name, others)}"
+            raise SpecError(Problem(place_of(path, ("reach", "path")), what))
+        rows = target_rows(table)
     elif study.reach.count > 1:
         rows = rows[:1] + [
             {name: short(first[name] + share * (then[name] - first[name])) for name in then}
@@ -182,13 +194,18 @@ def _problems(family: Family, study: Study, checked: dict) -> Iterator[tuple[int
     if id(part) not in checked:  # trees share their equal parts
         checked.clear()
         manipulator, wrong = validate(part, Manipulator)
-        checked[id(part)] = part, manipulator, [f"manipulator {dotted(keys)} {what}" for keys, what in wrong]
+        told = [
+            (_keys_of_path(study, dotted(keys, part)), f"{OF_MANIPULATOR}{dotted(keys)} {what}") for keys, what in wrong
+        ]
+        checked[id(part)] = part, manipulator, told
     _, manipulator, problems = checked[id(part)]
     if manipulator is None or problems:
-        yield from ((0, (), what) for what in problems)
+        yield from ((0, keys, what) for keys, what in problems)
         return
-    structure = list(_structure_problems(settings, manipulator))
-    yield from ((0, (), what) for what in structure)
+    broken = list(_broken_problems(study, settings, manipulator))
+    yield from ((0, keys, what) for keys, what in broken)
+    structure = [*(what for _, what in broken), *_structure_problems(settings, manipulator)]
+    yield from ((0, (), what) for what in structure[len(broken) :])
     yield from ((0, keys, what) for keys, what in _asked_problems(study, settings, manipulator))
     if structure or settings["cloud"] or settings["reach"]:
         return
@@ -211,7 +228,41 @@ def _keys_of_load(study: Study, column: str) -> Keys:
     for number, factor in enumerate(study.factor):
         if any(path.endswith(f".{column}") for path in factor.changed):
             return "factor", number
+        for which, level in enumerate(factor.level or ()):
+            keys: Keys = ("factor", number, "level", which)
+            for place, step in enumerate(level.step or ()):
+                if column in step:
+                    return *keys, "step", place, column
+            if column in (level.initial or ()):
+                return *keys, "initial", column
     return ("initial", column) if column in study.initial else ()
+
+
+def _keys_of_path(study: Study, path: str) -> Keys:
+    """The keys in the study file of what last sets a `path` of the manipulator, empty if nothing does; of a ratio, of
+    what sets the number that it is taken of, where something does."""
+    for number, factor in reversed(list(enumerate(study.factor))):
+        if path in factor.changed:
+            of = factor.ratio[1] if factor.ratio else ""
+            return (of and _keys_of_path(study, of)) or ("factor", number)
+        for which, level in enumerate(factor.level or ()):
+            if path in level.set:
+                return "factor", number, "level", which, "set", path
+    return ("set", path) if path in study.set else ()
+
+
+def _broken_problems(study: Study, settings: Tree, manipulator: Manipulator) -> Iterator[tuple[Keys, str]]:
+    """Broken cables that do not exist, with the keys in the study file of what names them."""
+    for name in settings["broken"] if isinstance(settings["broken"], list) else ():
+        if name not in manipulator.cable_names:
+            levels = [
+                ("factor", number, "level", which, "broken")
+                for number, factor in enumerate(study.factor)
+                for which, level in enumerate(factor.level or ())
+                if name in (level.broken or ())
+            ]
+            keys: Keys = levels[0] if levels else ("broken",) if name in study.broken else ()
+            yield keys, f"there is no cable {name!r} to break{did_you_mean(str(name), manipulator.cable_names)}"
 
 
 def _structure_problems(settings: Tree, manipulator: Manipulator) -> Iterator[str]:
@@ -224,9 +275,6 @@ def _structure_problems(settings: Tree, manipulator: Manipulator) -> Iterator[st
     if wrong:
         yield from wrong
         return
-    for name in settings["broken"]:
-        if name not in manipulator.cable_names:
-            yield f"there is no cable {name!r} to break{did_you_mean(str(name), manipulator.cable_names)}"
     if manipulator.follows_history and (what := history_problem(manipulator.chain())):
         yield what
         return

@@ -1,5 +1,6 @@
 """What a study file may say: factors, loads, metrics, comparisons and plots."""
 
+import json
 from html import escape
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -219,11 +220,18 @@ class Study(Strict):
         problems = [] if self.searched else ["[search] needs factors with a range to search"]
         if not self.wishes.given:
             problems.append("[search] needs to know what is best: give [[preference]] or [[requirement]]")
-        for name in sorted({factor.name for factor in self.searched} ^ set(self.design_factors)):
-            problems.append(
-                f"{name!r} must both tell designs apart and have a range: a search knows no other designs; "
-                "circumstances are told from them by [designs] factors = [...]"
-            )
+        searched, apart = {factor.name for factor in self.searched}, set(self.design_factors)
+        name_them = f"[designs] factors = {json.dumps(sorted(searched))}"
+        problems += [
+            f"{name!r} has a range, so it is searched, but [designs] does not name it: name it there, "
+            f"{name_them}, or give it values instead of a range"
+            for name in sorted(searched - apart)
+        ]
+        problems += [
+            f"{name!r} tells designs apart but is not searched, as it has no range: give it a range or, if it is a "
+            f"circumstance that each design meets, name the others alone, {name_them}"
+            for name in sorted(apart - searched)
+        ]
         if self.search.designs < self.search.generation:
             problems.append("[search] tries at least one generation: designs must not be fewer")
         return problems

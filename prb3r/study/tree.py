@@ -7,7 +7,7 @@ more memory than the values in which they differ.
 from typing import Any
 
 from prb3r.errors import did_you_mean
-from prb3r.model.paths import parts_of_path
+from prb3r.model.paths import no_number, parts_of_path
 
 Tree = dict[str, Any]
 """Nested dicts and lists of plain values."""
@@ -89,5 +89,7 @@ def _enter(tree: Any, part: str, path: str) -> tuple[Any, Any]:
             raise KeyError(f"path {path!r}: there is no cable {part!r}{did_you_mean(part, names)}")
         return tree, names.index(part)
     if not part.isdigit() or not 1 <= int(part) <= len(tree):
-        raise KeyError(f"path {path!r}: {part!r} is not a number from 1 to {len(tree)}")
+        raise KeyError(
+            f"path {path!r}: {no_number(part, len(tree), path.removeprefix('manipulator.').partition('.')[0])}"
+        )
     return tree, int(part) - 1

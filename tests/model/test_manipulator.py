@@ -130,6 +130,18 @@ def test_copies_that_would_not_be_in_order_are_refused(prototype, path, value, s
         prototype.replace(path, value)
 
 
+def test_a_path_into_an_empty_list_says_that_it_is_empty(prototype):
+    with pytest.raises(SpecError, match="there is no effect 1, nor any other"):
+        prototype.replace("effect.1.y_m_s2", -9.81)
+
+
+def test_parts_are_not_set_in_place_and_it_is_said_how_a_copy_is_made(prototype):
+    with pytest.raises(
+        AttributeError, match=r"thickness_m of a Segment is not set in place; Manipulator.replace gives"
+    ):
+        prototype.segment[0].thickness_m = 1e-3
+
+
 def test_a_manipulator_with_effects_reads_back_equal_from_its_text(prototype):
     effects = [{"kind": "dead_cable", "cable": "2"}, {"kind": "weakened_plate", "plate": 3, "factor": 0.8}]
     other = prototype.replace("effect", effects).replace("yield_stress_pa", None)

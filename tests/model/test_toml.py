@@ -63,6 +63,12 @@ def problems(folder, text):
     return [str(problem).removeprefix(str(path)) for problem in caught.value.problems]
 
 
+def test_a_decimal_comma_is_called_that(tmp_path):
+    (tmp_path / "comma.toml").write_text("[disk]\nthickness_m = 0,00015 # m\n")
+    with pytest.raises(SpecError, match=r"comma.toml:2: .*decimals have a point, not a comma: 0.00015"):
+        read_toml(tmp_path / "comma.toml", Strict)
+
+
 def test_all_problems_of_a_file_come_at_once_in_file_order_each_in_its_place(tmp_path):
     text = """\
 law = "cheng"   # not a hinge set

@@ -107,6 +107,19 @@ def test_a_bound_in_another_unit_is_refused(tmp_path, bound, said):
     assert "at_most = 300 m is far beyond the manipulator" in problems(tmp_path, far)[1][0]
 
 
+def test_mistakes_within_levels_and_values_of_factors_are_told_once_with_their_line(tmp_path):
+    level = '[[factor.level]]\nlabel = "{}"\n{}\n'
+    text = HEAD + '[[factor]]\nname = "thickness_m"\npath = "segment.2.thickness_m"\nvalues = [-0.1, -0.2, 0.001]\n'
+    text += '[[factor]]\nname = "share"\nratio = ["segment.1.thickness_m", "segment.2.thickness_m"]\nvalues = [1, 2]\n'
+    path, told = problems(tmp_path, text)
+    assert len(told) == 1
+    assert told[0].startswith(f"{path}:17 factor.thickness_m ")
+    assert told[0].endswith("must be greater than 0, not -0.1; 4 more like this")
+    text = HEAD + '[[factor]]\nname = "load"\n' + level.format("tip", "step = [{ tip_z_n = 1.0 }]")
+    path, told = problems(tmp_path, text + level.format("cut", 'broken = ["22"]'))
+    assert [f"{path}:21 factor.load.level.1.step" in told[0], f"{path}:24 factor.load.level.2" in told[1]] == [True] * 2
+
+
 MISTAKES = (
     ('[[metric]]\nkind = "positon"\n', "metric.1.kind: unknown kind 'positon'"),
     ('[[factor]]\nname = "no_m"\npath = "segment.9.thickness_m"\nvalues = [1.0]\n', "'9' is not a number from 1 to 2"),

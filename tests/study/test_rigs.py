@@ -9,7 +9,7 @@ import pytest
 
 from prb3r.errors import SpecError
 from prb3r.present.study.publish import publish
-from prb3r.present.study.rigs import spread
+from prb3r.present.study.rigs import _no_number, spread
 from prb3r.quantities import Quantity
 from prb3r.runs.store import read_arrow
 from prb3r.study.axes import sampled_points
@@ -133,6 +133,12 @@ def test_the_figure_of_rigs_has_the_shares_that_the_text_tells(tmp_path):
     values, height = spread(study, lost, quantity, study.requirement[0])
     assert len(values) == 15
     assert height[0] == pytest.approx(2 / 16)  # a rig without a value is on the side that breaks the bound
+
+
+def test_it_is_said_why_there_are_no_indices():
+    cases = pd.DataFrame({"limit_load_factor": [1.0, np.inf, np.inf, np.nan], "outcome": ["converged"] * 4})
+    told = "no bound was found in 2 of 4 cases and there is no value in 1 of 4 cases"
+    assert _no_number(cases, "limit_load_factor") == told
 
 
 def test_values_without_end_are_values(tmp_path):

@@ -203,7 +203,11 @@ def test_what_a_search_may_take_is_told_before_it_begins(tmp_path):
     ("old", "new", "what"),
     [
         ("range = { low = 0.0008, high = 0.001 }", "values = [0.001]", "needs factors with a range to search"),
-        ("[search]", "[designs]\nfactors = []\n[search]", "must both tell designs apart and have a range"),
+        (
+            "[search]",
+            "[designs]\nfactors = []\n[search]",
+            "has a range, so it is searched, but [designs] does not name it",
+        ),
         ("high = 0.001", "high = 1.0", "not what rigs are made with"),
         ("generation = 16", "generation = 64", "designs must not be fewer"),
     ],

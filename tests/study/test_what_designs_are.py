@@ -80,13 +80,13 @@ at_least = {bound}
 
 
 def test_one_design_keeps_requirements_or_breaks_them_and_the_margin_is_told(tmp_path):
-    said, summary, compared = run(tmp_path, bound=-10, designs="[designs]\nfactors = []")
+    said, summary, compared = run(tmp_path, bound=-5, designs="[designs]\nfactors = []")
     assert "The design keeps every requirement. Nearest to its bound, tip y is " in said
     assert " inside)" in said
     assert "## Requirements" in summary
     assert "each value by itself (0.01 to 0.2)" in summary
     assert compared.returncode == 0
-    said, summary, compared = run(tmp_path, bound=10, designs="[designs]\nfactors = []")
+    said, summary, compared = run(tmp_path, bound=5, designs="[designs]\nfactors = []")
     assert "The design does not keep every requirement: tip y is " in said
     assert " off)" in said
     assert "no value by itself" in summary
@@ -95,7 +95,7 @@ def test_one_design_keeps_requirements_or_breaks_them_and_the_margin_is_told(tmp
 
 
 def test_payloads_that_are_taken_for_designs_are_told(tmp_path):
-    said, summary, compared = run(tmp_path, bound=-10)
+    said, summary, compared = run(tmp_path, bound=-5)
     told = "Payload tells designs apart; if each design has to bear all of it, say [designs] factors = []."
     assert all(told in text for text in (said, summary, compared.stdout))
-    assert told not in "".join(map(str, run(tmp_path, bound=-10, designs='[designs]\nfactors = ["payload_kg"]')))
+    assert told not in "".join(map(str, run(tmp_path, bound=-5, designs='[designs]\nfactors = ["payload_kg"]')))

@@ -19,6 +19,8 @@ from prb3r.model.files.plain import plain
 from prb3r.model.files.toml_lines import Keys, dotted, line_of, lines_of_keys
 from prb3r.model.files.validation import validate
 
+DECIMAL_COMMA = re.compile(r"^[^#\"'\[{]*=\s*([-+]?\d+),(\d+)\s*(#.*)?$")
+"""A line with a number that has a comma where a point is meant."""
 UNQUOTED = re.compile(r"[=\[,]\s*[A-Za-z_]")
 """Where a value begins that may be text without its quotes."""
 MOST_NESTED = 20
@@ -52,6 +54,8 @@ def read_toml(path: str | Path, model: type[_Model]) -> _Model:
         if not isinstance(error, tomllib.TOMLDecodeError):  # Python reads no number of thousands of digits
             what, line = "a number has too many digits", _longest_line(text)
         what = what.removesuffix(" (at end of document")
+        if comma := DECIMAL_COMMA.match(text.split("\n")[line - 1]):
+            what = f"decimals have a point, not a comma: {comma[1]}.{comma[2]}"
         if what == "Invalid value" and UNQUOTED.search(text.split("\n")[line - 1]):
             what += '; text needs quotes: "..."'
         raise SpecError(Problem(f"{path}:{line}", f"not valid TOML: {what[:1].lower()}{what[1:]}")) from None

@@ -10,6 +10,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
+from prb3r.markdown import listed
+from prb3r.model.files.cells import count
 from prb3r.present import canvas, rc, style
 from prb3r.present.figure_files import save_figure
 from prb3r.present.legends import without_repeats
@@ -60,7 +62,7 @@ def rigs_section(result: Result) -> Section:
         tables.append(("Share of the variance that each error makes", _index_table(study, rigs)))
     sentences = [*(f"**{sentence}.**" for sentence in share_sentences(rigs)), *index_sentences(study, rigs)]
     missing = rigs.indices[rigs.indices["total"].isna()]["metric"].unique() if len(rigs.indices) else []
-    sentences += [f"{_title(study, name)}: no indices, as cases have no value." for name in missing]
+    sentences += [f"{_title(study, name)}: no indices, as {_no_number(result.cases, name)}." for name in missing]
     note = (
         "Shares with Wilson's 95 % intervals, which are wide for samples that fill space more evenly than chance. "
         "Each requirement is asked of every rig by itself, over the circumstances that it stands in. "
@@ -71,6 +73,13 @@ def rigs_section(result: Result) -> Section:
             f"indices.parquet, which also has errors below {100 * MATTERS:g} %)."
         )
     return Section("Errors of the rigs", sentences, tables, note)
+
+
+def _no_number(cases: pd.DataFrame, metric: str) -> str:
+    """In how many cases a metric is without bound, and in how many it has no value."""
+    values = known_values(cases, metric)
+    counts = [("no bound was found in", np.isinf(values).sum()), ("there is no value in", np.isnan(values).sum())]
+    return listed([f"{words} {number:,} of {count(len(values), 'case', ',')}" for words, number in counts if number])
 
 
 def index_sentences(study: Study, rigs: Rigs) -> list[str]:
