@@ -8,7 +8,7 @@ from typing import Any, Literal
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
+from matplotlib.figure import Figure, SubFigure
 
 from prb3r.present import style
 from prb3r.present.legends import legend_shape
@@ -17,6 +17,10 @@ Panels = Axes | Sequence[Axes] | np.ndarray | None
 """Axes to draw on: one, or as many as a plot has panels; None: a new figure."""
 
 _GIVEN: ContextVar[tuple[Axes, ...] | None] = ContextVar("axes that are given", default=None)
+
+
+ROOM_ABOVE = 1.2
+"""Margin above the titles of panels with equal scales, mm."""
 
 
 @contextlib.contextmanager
@@ -72,6 +76,14 @@ def close_up(figure: Figure) -> None:
     engine = figure.get_layout_engine()
     if _GIVEN.get() is None and engine is not None:
         engine.set(w_pad=0.8 * style.MM, h_pad=0.8 * style.MM, wspace=0.02, hspace=0.02)  # type: ignore[call-arg]
+
+
+def leave_room_above(figure: Figure | SubFigure) -> None:
+    """Leave a margin above the panels of a new figure: axes of equal scales grow after their titles were measured."""
+    engine = figure.get_layout_engine()
+    if _GIVEN.get() is None and engine is not None and isinstance(figure, Figure):
+        share = ROOM_ABOVE * style.MM / figure.get_figheight()
+        engine.set(rect=(0, 0, 1, 1 - share))  # type: ignore[call-arg]
 
 
 def legend(figure: Figure, axes: Axes, columns: int, handles: Sequence[Artist] | None = None, **ink: Any) -> None:

@@ -3,6 +3,8 @@
 import numpy as np
 from matplotlib.axes import Axes
 
+from prb3r.present import canvas
+
 
 def extremes(points: np.ndarray) -> np.ndarray:
     """(2, 2) least and greatest coordinates of `points` (n, 2), at least one; nan counts for nothing."""
@@ -24,3 +26,4 @@ def to_scale(axes: Axes, points: np.ndarray) -> None:
     axes.set(xlim=x, ylim=y)
     axes.set_aspect("equal")
     axes.locator_params(nbins=6, steps=[1, 2, 5, 10])
+    canvas.leave_room_above(axes.figure)

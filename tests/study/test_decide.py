@@ -9,6 +9,7 @@ import pytest
 
 from prb3r.errors import SpecError
 from prb3r.present.study.comparison import advice_on, decision_captions, publish_comparison
+from prb3r.present.study.front import front_figure
 from prb3r.quantities import describe
 from prb3r.runs.store import read_arrow
 from prb3r.study.advice import bindings, exclusions, recommendation
@@ -107,6 +108,15 @@ def test_captions_tell_the_panels_that_there_are():
     assert both["decision"].endswith("requirements and what it is worth by each preference.")
     worth = decision_captions(decide(cases(TABLE, [], [greater("area"), less("force")])))
     assert worth["decision"] == "What each design is worth by each preference."
+
+
+def test_an_arrow_never_stands_alone_on_a_line():
+    """It goes with the word before it, however long the words of a preference are."""
+    for letters in range(20, 60):
+        wishes = [greater("area", words="a" * letters), less("force", words="b" * letters)]
+        (axes,) = front_figure(decide(cases(TABLE, [], wishes))).axes
+        lines = (axes.get_xlabel() + "\n" + axes.get_ylabel()).splitlines()
+        assert not {"←", "→"} & {line.strip() for line in lines}
 
 
 def test_what_says_nothing_is_left_out():

@@ -9,7 +9,7 @@ import pytest
 
 from prb3r.errors import SpecError
 from prb3r.present.study.publish import publish
-from prb3r.present.study.rigs import _no_number, spread
+from prb3r.present.study.rigs import _no_number, rigs_below
 from prb3r.quantities import Quantity
 from prb3r.runs.store import read_arrow
 from prb3r.study.axes import sampled_points
@@ -126,11 +126,11 @@ def test_the_figure_of_rigs_has_the_shares_that_the_text_tells(tmp_path):
     result = solved(tmp_path, HEAD + sampling("sobol", 16) + MODULUS + cut + loads + metrics + wish)
     told = result.rigs.shares.iloc[-1]["share"]
     study, quantity = result.plan.study, Quantity("tip_y_m", "y", "m", "")
-    values, height = spread(study, result.cases, quantity, study.requirement[0])
+    values, height = rigs_below(study, result.cases, quantity, study.requirement[0])
     assert told == pytest.approx(11 / 16)
     assert height[values < bound].max() == pytest.approx(1 - told)
     lost = result.cases.assign(tip_y_m=result.cases["tip_y_m"].where(result.cases["case_id"] % 16 != 3))
-    values, height = spread(study, lost, quantity, study.requirement[0])
+    values, height = rigs_below(study, lost, quantity, study.requirement[0])
     assert len(values) == 15
     assert height[0] == pytest.approx(2 / 16)  # a rig without a value is on the side that breaks the bound
 

@@ -179,7 +179,7 @@ def front_figure(decision: Decision) -> Figure:
         preference = decision.preferences[j]
         words = wish_in_words(preference, decision.quantities[len(decision.requirements) + j])
         better = "→" if preference.better == "greater" else "←"
-        text = f"{words[:1].upper()}{words[1:]}{f' ({s.unit})' if s.unit else ''}, better {better}"
+        text = f"{words[:1].upper()}{words[1:]}{f' ({s.unit})' if s.unit else ''}, better\N{NO-BREAK SPACE}{better}"
         setter(textwrap.fill(text, letters))
     axes.locator_params(axis="x", nbins=6)
     canvas.legend(figure, axes, beside, handlelength=SHORT_HANDLE)

@@ -49,7 +49,9 @@ def paths_figure(sheet: Sheet[PathPlot]) -> Figure:
         Line2D([], [], **REACHED, label="target"),
         Line2D([], [], **MISSED, label="not reached, and the way to it"),
     ]
-    marks = marks if failed else marks[:1]
+    marks = [
+        mark for mark, drawn in zip(marks, (any(w.reached.any() for w in ways.values()), failed), strict=True) if drawn
+    ]
     figure, axes = canvas.panels(
         titles, [*sheet.handles(solid=True), *marks, *notes(failed, mark={"ls": ""})], view_of(corners)[2]
     )

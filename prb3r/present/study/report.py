@@ -83,7 +83,7 @@ def write_report(
         "cases": len(cases),
         "sections": answers.sections,
         "count": in_short(source),
-        "differences": differences(source),
+        "differences": comparison_sentences(source),
         "varied": [_varied(source, name) for name in source.factors],
         "metrics": _ranges(source, _results(source)),
         "comparisons": _ranges(source, source.compared),
@@ -106,11 +106,11 @@ def _answer(source: Source, answers: Answers) -> str:
     what differs between them."""
     said = [answers.counsel.recommendation] if answers.counsel else []
     said += [section.sentences[0] for section in answers.sections if section.sentences]
-    said += [" ".join([f"{in_short(source)}.", *differences(source)])]
+    said += [" ".join([f"{in_short(source)}.", *comparison_sentences(source)])]
     return said[0].replace("**", "")
 
 
-def differences(source: Source) -> list[str]:
+def comparison_sentences(source: Source) -> list[str]:
     """A sentence for each comparison: what differs, from what, and by how much in which cases."""
     said = []
     for comparison in source.study.comparison:

@@ -222,7 +222,7 @@ def spread_figure(study: Study, cases: pd.DataFrame) -> Figure:
     for panel, (quantity, requirement) in zip(axes, panels, strict=True):
         shown = style.shown(quantity, drawn[quantity.name])
         for name, look in looks.items():
-            values, height = spread(study, drawn[drawn["_group"] == name], quantity, requirement)
+            values, height = rigs_below(study, drawn[drawn["_group"] == name], quantity, requirement)
             panel.step(values * shown.factor, height, where="post", color=look.colour, ls=look.line)
         if requirement is not None:
             _bound(panel, requirement, shown.factor)
@@ -234,7 +234,7 @@ def spread_figure(study: Study, cases: pd.DataFrame) -> Figure:
     return figure
 
 
-def spread(
+def rigs_below(
     study: Study, part: pd.DataFrame, quantity: Quantity, requirement: Requirement | None
 ) -> tuple[np.ndarray, np.ndarray]:
     """Finite values in rising order, each with the share of the rigs among the cases `part` at or below it.
