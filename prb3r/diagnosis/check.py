@@ -26,6 +26,7 @@ from prb3r.diagnosis.result.remarks import (
     likely_too,
     never_unloaded,
     not_predicted,
+    not_ruled_out,
     or_a_blunder,
     refuted_sets,
 )
@@ -174,12 +175,17 @@ def _on_the_model(
 ) -> tuple[str, ...]:
     """Remarks on the chosen model, on its rivals and on the parts of the rig."""
     settings = doubted.task.settings
+    beside = misplaced_marker(choice.calibrated, choice.doubts) if unexplained else likely_too(choice)
     return (
         *at_bounds(choice.fitted),
         *far_rims(choice.fitted),
         *found_before(doubted.search.assumed, choice),
         *as_many_as_sought(choice),
-        *(misplaced_marker(choice.calibrated, choice.doubts) if unexplained else likely_too(choice)),
+        *(
+            misplaced_marker(choice.calibrated, choice.doubts)
+            if unexplained
+            else [*likely_too(choice), *not_ruled_out(choice)]
+        ),
         *([] if unexplained or choice.share_of_stated < 1 else against_the_best(checks, settings)),
         *beyond_tolerance(tolerances, settings),
         *never_unloaded(choice, doubted.search.library),

@@ -16,7 +16,7 @@ from prb3r.diagnosis.fit.tolerance import EstimatedTolerances
 from prb3r.diagnosis.investigate import run_stages
 from prb3r.diagnosis.known import Task
 from prb3r.diagnosis.library.hypothesis import Hypothesis
-from prb3r.diagnosis.result.remarks import against_the_best, likely_too
+from prb3r.diagnosis.result.remarks import against_the_best, likely_too, not_ruled_out
 from prb3r.diagnosis.result.rig_remarks import (
     bent_at_many_places,
     beyond_tolerance,
@@ -113,6 +113,10 @@ def test_what_is_likely_but_not_named_is_said_and_what_is_named_no_certainty():
     nothing = replace(choice, fitted=choice.calibrated, survivors=(replace(both, fitted=instead),))
     (remark,) = likely_too(nothing)  # there is nothing beside which it could be there too
     assert remark == "camera_scale is likelier there than not (probability 0.94), though not sure enough to be named"
+    for share, said in ((0.05, []), (0.2, ["not named, and not ruled out beside what is: camera scale (20 %)"])):
+        models = replace(only, probability=1 - share), replace(both, probability=share)
+        assert not_ruled_out(replace(choice, survivors=models)) == said
+    assert not_ruled_out(replace(nothing, survivors=models)) == []
     verdicts = [check(replace(searched, choice=one)).verdict for one in (less, replace(choice, survivors=(both, only)))]
     assert verdicts == ["explained", "ambiguous"]
 

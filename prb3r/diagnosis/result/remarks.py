@@ -16,6 +16,7 @@ from prb3r.diagnosis.search.assumed import Assumed
 from prb3r.diagnosis.search.pool import Survivor
 from prb3r.diagnosis.search.selection import Choice, presence_of
 from prb3r.diagnosis.settings import Settings
+from prb3r.markdown import listed
 from prb3r.model.effects.base import Effect
 from prb3r.model.effects.plates import NonlinearPlate
 from prb3r.model.effects.sections import SuperelasticPlate
@@ -169,6 +170,18 @@ def likely_too(choice: Choice) -> list[str]:
             so = "likely there too" if choice.kinds else "likelier there than not"
             remarks.append(f"{name} is {so} {told}, though not sure enough to be named")
     return remarks
+
+
+def not_ruled_out(choice: Choice) -> list[str]:
+    """A remark on kinds of effects that may be there beside the named ones, though likelier not; none where no effect
+    is named."""
+    beside = presence_of([survivor for survivor in choice.survivors if survivor.kinds >= choice.kinds])
+    least = choice.fitted.model.settings.told_presence
+    open_ = {kind: p for kind, p in beside.items() if kind not in choice.kinds and least <= p <= 0.5}
+    if not choice.kinds or not open_:
+        return []
+    told = [f"{kind.replace('_', ' ')} ({100 * p:.0f} %)" for kind, p in sorted(open_.items(), key=lambda it: -it[1])]
+    return [f"not named, and not ruled out beside what is: {listed(told)}"]
 
 
 def or_a_blunder(blunder: Blunder | None) -> list[str]:

@@ -84,6 +84,8 @@ class RemarksSettings:
     farthest_rim: float = 3.0
     """How many times as far from the axis as any hole the rims of disks may lie before contact of these is doubted.
     Choice: holes mostly lie near the rims."""
+    told_presence: float = 0.1
+    """Probability from which a kind of effect that is not named is told to be possible.  Choice, for the reader."""
     impossible_rim: float = 30.0
     """How many times as far from the axis as any hole no rim lies: contact of disks is not suspected at smaller bends
     than rims there would close.  Choice, ten times `farthest_rim`: what acts at such bends, as play in clamps, is no

@@ -52,53 +52,60 @@ def equilibria_of(
     ----------
     from_rest, eigenvalue, detail, smallest_step : as for `solve_chain`.
     number : (s,) step numbers, for terms that depend on time; absent: 1, 2, ... in each sequence.
-    allowance : that of `solve_chain`; not used for a chain with terms, whose bound is `may_take`.
+    allowance : that of `solve_chain`; for a chain with terms, of all iterations together (absent: `usual_work`).
     """
     if not chain.closure:
         asked: dict[str, Any] = {"smallest_step": smallest_step, "allowance": allowance}
         return solve_chain(chain, loads, from_rest=from_rest, eigenvalue=eigenvalue, detail=detail, **asked)
     along = law_path(chain, loads, from_rest, number)
-    states, _, closed = settled(along, eigenvalue, smallest_step)
+    states, _, closed = settled(along, eigenvalue, smallest_step, allowance)
     return kept(states, closed, detail)
 
 
-def may_take(along: LawPath) -> int:
-    """Evaluations of a plate after which no further iteration is made."""
-    return int(WORK_OF_SEQUENCE * along.begins.sum() + WORK_OF_STEP * len(along.begins))
+def usual_work() -> Allowance:
+    """What all iterations may take if no allowance is given."""
+    return Allowance(WORK_OF_SEQUENCE, WORK_OF_STEP)
 
 
 def settled(
-    along: LawPath, eigenvalue: bool = False, smallest_step: float = SMALLEST_STEP
+    along: LawPath,
+    eigenvalue: bool = False,
+    smallest_step: float = SMALLEST_STEP,
+    allowance: Allowance | None = None,
 ) -> tuple[Equilibria, np.ndarray, np.ndarray]:
     """Equilibria along the path (s + 1, rest first), the moments (s + 1, n) applied in them, N m, and (s + 1,) whether
     these agree with the law.
 
     With `eigenvalue` the lowest eigenvalue of the tangent is computed too; `smallest_step` is that of `solve_chain`.
+    No further iteration is made after evaluations of a plate that exceed the `allowance` (absent: `usual_work`).
     """
-    chain = along.chain
+    chain, allowed = along.chain, allowance or usual_work()
+    most = int(allowed.of_sequence * along.begins.sum() + allowed.of_step * len(along.begins))
     stiff = float(np.median(chain.stiffness))  # rigid clamps may be hinges of any stiffness
-    least, most = ANGLE_TOLERANCE * stiff, LARGEST_TRIED_BEND * stiff
+    least, farthest = ANGLE_TOLERANCE * stiff, LARGEST_TRIED_BEND * stiff
     moment = before = missed = np.zeros((along.loads.steps, chain.plates))
     work = np.zeros(along.loads.steps, np.int64)
     for done in range(MAX_PASSES):
-        states = solve_chain(*along.under(moment), from_rest=along.begins, smallest_step=smallest_step)
+        states = solve_chain(
+            *along.under(moment), from_rest=along.begins, smallest_step=smallest_step, allowance=allowance
+        )
         work += states.work
         asked = along.asked(states)
         too_large = ~np.isfinite(asked).all(1, keepdims=True)  # under these moments there was no equilibrium
         asked = np.where(too_large, moment / 2, asked)
         miss = asked - moment
         closed = np.abs(miss).max(1) <= MOMENT_TOLERANCE * np.abs(asked).max() + least
-        if closed.all() or work.sum() > may_take(along):
+        if closed.all() or work.sum() > most:
             break
         share = _share(moment - before, miss - missed) if done else 1.0
-        before, missed, moment = moment, miss, np.clip(moment + share * miss, -most, most)
+        before, missed, moment = moment, miss, np.clip(moment + share * miss, -farthest, farthest)
     if eigenvalue:
         states = solve_chain(*along.under(moment), from_rest=along.begins, eigenvalue=True)
     if chain.remembers:  # steps after one that is not closed continue from a wrong state
         for first in np.flatnonzero(~closed):
             end = first + 1 + np.argmax(np.append(along.begins[first + 1 :], True))
             closed[first:end] = False
-    if work.sum() > may_take(along):
+    if work.sum() > most:
         states.outcome[~closed] = Outcome.GAVE_UP
     return replace(states, work=work), moment, closed
 
