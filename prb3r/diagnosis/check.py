@@ -181,11 +181,8 @@ def _on_the_model(
         *far_rims(choice.fitted),
         *found_before(doubted.search.assumed, choice),
         *as_many_as_sought(choice),
-        *(
-            misplaced_marker(choice.calibrated, choice.doubts)
-            if unexplained
-            else [*likely_too(choice), *not_ruled_out(choice)]
-        ),
+        *beside,
+        *([] if unexplained else not_ruled_out(choice)),
         *([] if unexplained or choice.share_of_stated < 1 else against_the_best(checks, settings)),
         *beyond_tolerance(tolerances, settings),
         *never_unloaded(choice, doubted.search.library),

@@ -10,6 +10,7 @@ from prb3r.diagnosis.checks.set_aside import set_aside
 from prb3r.diagnosis.evidence.model_evidence import plausible
 from prb3r.diagnosis.investigate import investigate, run_stages
 from prb3r.diagnosis.known import Task
+from prb3r.diagnosis.result.projection import summary_lines
 from prb3r.diagnosis.result.tell import tell
 from prb3r.diagnosis.settings import Settings
 from prb3r.mechanics.chain import Loads
@@ -270,6 +271,10 @@ def test_without_its_hypothesis_an_effect_is_unexplained_and_closed_by_a_law(kno
     assert found.closure is not None
     assert found.closure.heldout_gain > 0.5
     assert found.closure.reduced_chi2 < found.chi2.explained
+    lines = summary_lines(found)
+    first = next((number for number, line in enumerate(lines) if line.startswith("- in part: ")), None)
+    assert (first is not None) == bool(found.effects)
+    assert first is None or "look, but change nothing" in lines[first - 1]
 
 
 @pytest.mark.long

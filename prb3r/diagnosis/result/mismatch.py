@@ -61,10 +61,11 @@ def mismatch_of(investigation: Investigation) -> Mismatch:
         left = "What is left after the best explanation" if explained else "What refitted constants leave"
         statement = f"{left} sits {where}, and goes with {on}."
         if not places and not said:
-            statement = f"{left} is more than noise; no single plate and no law that was tried tells where it is from."
+            statement = f"{left} is more than noise; no single plate and no pattern along the arm stands out."
         if not top and structured and investigation.choice.smooth:
             statement = f"{left} changes smoothly with the loads and along the arm, as noise does not."
-        if sequences and len(sequences) < len(recording.sequences):
+        told = any(law.place.startswith("sequence ") for law in top)
+        if sequences and not told and len(sequences) < len(recording.sequences):
             statement += f" It is seen in sequence{'s' * (len(sequences) > 1)} {few(sequences, len(sequences))}."
     return Mismatch(tuple(sorted(plates)), sequences, depends, statement)
 

@@ -21,6 +21,12 @@ MENDED = "mended"
 """Name of the folder, beside the report, of the recording without the blunders of its set-up."""
 
 
+IN_PART = (
+    "What follows takes up part of the mismatch and may stand in for something else: look, but change nothing yet."
+)
+"""What is said before effects that are named in part."""
+
+
 def summary_lines(diagnosis: Diagnosis) -> list[str]:
     """The closing lines: verdict, named effects, alternatives, constants, errors on sequences set aside, notes, and
     what to do next."""
@@ -32,6 +38,8 @@ def summary_lines(diagnosis: Diagnosis) -> list[str]:
     if diagnosis.why:
         lines.append(f"- unexplained, since {diagnosis.why}")
         lines.append(f"- {diagnosis.mismatch.statement}")
+    if any(effect.partial for effect in diagnosis.effects):
+        lines.append(f"- {IN_PART}")
     for effect in by_sureness(diagnosis):
         sure = "" if diagnosis.verdict == "explained" else f"{sureness(effect)}: "
         lines.append(f"- {sure}{effect.statement}")
