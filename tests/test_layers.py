@@ -15,7 +15,7 @@ ORDER = {
     "bench progress check schema cli",
     "mechanics": "lanes kernel bundle angle plate plate_law chain acting load_row records accepted bending state cable "
     "balance variation stability march newton tangent complementarity stick_slip turning attempt ramp history_path "
-    "path_output side_by_side same_way path equilibrium strain limit derivatives",
+    "path_output side_by_side same_way path definite equilibrium strain limit derivatives",
     "mechanics.lanes": "number table",
     "mechanics.derivatives": "response feedback partials loops differentiate solved_path sensitivity",
     "model": "files laws effects parts paths manipulator given step_checks steps",

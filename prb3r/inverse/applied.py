@@ -82,7 +82,7 @@ def _ends(chain: Chain, targets: list[Target], tension: np.ndarray) -> np.ndarra
     sequences, steps, cables = tension.shape
     number = np.tile(np.arange(steps), sequences)
     path = loads(chain, tension.reshape(-1, cables), elapsed=number[:, None].astype(float))
-    states = equilibria_of(chain, path, from_rest=number == 0, eigenvalue=True)
+    states = equilibria_of(chain, path, from_rest=number == 0, eigenvalue=True, only_its_sign=True)
     place = targets[0].place(states)
     place[states.outcome != Outcome.CONVERGED] = np.nan
     return place.reshape(sequences, steps, 3)

@@ -11,14 +11,15 @@ from prb3r.mechanics.attempt import JUMPED, Way
 from prb3r.mechanics.block_eigenvalue import has_closed_form, lowest_of_blocks
 from prb3r.mechanics.budget import GAVE_UP, Allowance
 from prb3r.mechanics.chain import Chain, Loads, no_loads
-from prb3r.mechanics.eigenvalue import lowest_under_load
-from prb3r.mechanics.load_row import rows_of_loads
+from prb3r.mechanics.definite import mark_definite
+from prb3r.mechanics.eigenvalue import WRITTEN_OUT, lowest_under_load
+from prb3r.mechanics.load_row import load_row, rows_of_loads
 from prb3r.mechanics.march import FAILED
 from prb3r.mechanics.path import SMALLEST_STEP, PathSpace, Program, follow, history_space, path_space
 from prb3r.mechanics.path_output import Path
 from prb3r.mechanics.records import Packed, pack
 from prb3r.mechanics.side_by_side import lane_space, solve_side_by_side, stand_alone
-from prb3r.mechanics.tangent import segment_modes
+from prb3r.mechanics.tangent import segment_modes, unit_modes
 from prb3r.mechanics.variation import scratch
 
 
@@ -82,7 +83,7 @@ class Equilibria:
     slip: np.ndarray
     """(s, n, m) slip at the hole before each plate, -1 drawn in to +1 paid out; no steps where slip is declared."""
     lowest_eigenvalue: np.ndarray | None
-    """(s,) lowest eigenvalue of the tangent, N m/rad; None where it was not asked for."""
+    """(s,) lowest eigenvalue of the tangent, N m/rad; None where it, or more than its sign, was not asked for."""
     closed: np.ndarray | None = None
     """(s,) whether the moments of the chain's terms agree with the state; None for a chain without terms."""
 
@@ -129,6 +130,7 @@ def solve_chain(
     *,
     from_rest: bool | np.ndarray = False,
     eigenvalue: bool = False,
+    only_its_sign: bool = False,
     detail: bool = True,
     accepted: AcceptedStates | None = None,
     smallest_step: float = SMALLEST_STEP,
@@ -143,6 +145,7 @@ def solve_chain(
     ----------
     from_rest : (s,) or one for all: the steps that are ramped from rest instead of from the step before.
     eigenvalue : also compute the lowest eigenvalue of the tangent and mark unstable equilibria.
+    only_its_sign : mark these, but leave out the eigenvalues, which under dead loads take most of the time.
     detail : False may leave `q`, `tension`, `moment` and `slip` without steps, to save memory in clouds of many loads.
     accepted : arrays in which the accepted sub-steps are kept, where states depend on those before.
     smallest_step : accuracy of `reached` for a step without equilibrium, relative to the part that is reached; not
@@ -161,6 +164,8 @@ def solve_chain(
     failed = path.status[:, 0] < 0
     outcome = _outcomes(path.status[:, 0], anew)
     if eigenvalue:
+        if only_its_sign:
+            path.lowest[_surely_stable(problem, path, failed)] = np.inf
         _find_lowest(problem, path, failed)
         outcome[~failed & (path.lowest <= 0)] = Outcome.UNSTABLE
         if failed.any():
@@ -183,7 +188,7 @@ def solve_chain(
         tension=path.tension,
         moment=path.moment,
         slip=path.slip,
-        lowest_eigenvalue=path.lowest if eigenvalue else None,
+        lowest_eigenvalue=path.lowest if eigenvalue and not only_its_sign else None,
     )
 
 
@@ -262,6 +267,19 @@ def _outcomes(status: np.ndarray, anew: np.ndarray) -> np.ndarray:
     outcome[status == GAVE_UP] = Outcome.GAVE_UP
     outcome[~failed & left_out(failed, anew)] = Outcome.DETOUR
     return outcome
+
+
+def _surely_stable(problem: _Problem, path: Path, failed: np.ndarray) -> np.ndarray:
+    """(s,) whether a step that has not `failed` is known to be stable without its eigenvalues, by a tangent that is
+    positive definite; True only where these have not been found."""
+    chain, packed = problem.chain, problem.packed
+    definite = ~failed & np.isnan(path.lowest)
+    if len(path.block) or chain.tied or chain.remembers or not definite.any() or path.q[0].size > WRITTEN_OUT:
+        return np.zeros(len(failed), bool)
+    modes, begin = unit_modes(path.q.shape[1:]), np.where(problem.anew, 0, last_solved(failed))
+    way, now = Way(rows_of_loads(problem.rows), np.zeros(2, np.int64)), load_row(problem.rows)
+    mark_definite(packed, way, begin, now, modes, path.q, definite, scratch(packed, modes.shape[2]))
+    return definite
 
 
 def _find_lowest(problem: _Problem, path: Path, failed: np.ndarray) -> None:

@@ -67,7 +67,7 @@ def limit_load(
             travel=(0.0 if from_rest else last.travel) + np.abs(factors - start)[:, None] * last.tension,
         )
         steps = Loads(*(np.concatenate(pair) for pair in zip(before, more, strict=True)))
-        return solve_chain(chain, steps, eigenvalue=True).outcome
+        return solve_chain(chain, steps, eigenvalue=True, only_its_sign=True).outcome
 
     ended = outcomes(trial)
     if (ended[: before.steps] != Outcome.CONVERGED).any():

@@ -211,7 +211,9 @@ def history_problem(chain: Chain) -> str:
 
 def _solved(manipulator: Manipulator, chain: Chain, block: LoadTable, also: Collection[Extra]) -> dict[str, np.ndarray]:
     """Solved columns of a block of whole sequences, a row for every disk of every step."""
-    states = equilibria_of(chain, block.loads, from_rest=block.begins, eigenvalue=True, number=block.steps)
+    sign = "lowest_eigenvalue_n_m_per_rad" not in also
+    asked: dict[str, Any] = {"eigenvalue": True, "only_its_sign": sign, "number": block.steps}
+    states = equilibria_of(chain, block.loads, from_rest=block.begins, **asked)
     disks = states.x.shape[1]
     columns = {"x_m": states.x, "y_m": states.y, "angle_rad": states.angle}
     tension = disk_tension(chain, block.loads, states)

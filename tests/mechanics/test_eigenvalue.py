@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from prototype import ELASTICA, PRB_3R, cantilever, prototype, random_chain, random_loads
 
-from prb3r.mechanics import eigenvalue
+from prb3r.mechanics import eigenvalue, equilibrium
 from prb3r.mechanics.chain import loads
 from prb3r.mechanics.equilibrium import Outcome, solve_chain
 
@@ -52,3 +52,26 @@ def test_moments_beyond_all_bounds_are_no_equilibrium():
     chain = prototype()._replace(presliding=3e-5)
     found = solve_chain(chain, loads(chain, [[5.0, 0, 0, 0]], moment=np.full((1, 14), 1e12)), eigenvalue=True)
     assert found.outcome[0] == Outcome.NO_EQUILIBRIUM
+
+
+def test_its_sign_alone_marks_the_same_steps_and_takes_no_eigenvalue_of_stable_ones(monkeypatch):
+    """Random chains with cables, friction and dead loads, and a column on both sides of Euler's load."""
+    cases = [
+        (cantilever(9), loads(cantilever(9), np.zeros((4, 0)), tip=[[-2.2, 0], [-2.46, 0], [-2.47, 0], [-3.1, 0]]))
+    ]
+    for seed in range(6):
+        rng = np.random.default_rng(seed)
+        chain = random_chain(rng, plates=8)
+        cases.append((chain, random_loads(rng, chain, 12)))
+    taken, lowest = [], equilibrium.lowest_under_load
+    for chain, steps in cases:
+        whole = solve_chain(chain, steps, from_rest=True, eigenvalue=True)
+        with monkeypatch.context() as patched:
+            patched.setattr(equilibrium, "lowest_under_load", lambda *given: taken.append(lowest(*given)) or taken[-1])
+            signs = solve_chain(chain, steps, from_rest=True, eigenvalue=True, only_its_sign=True)
+        assert signs.outcome.tolist() == whole.outcome.tolist()
+        assert signs.lowest_eigenvalue is None
+        np.testing.assert_array_equal(signs.angle, whole.angle)
+    outcomes = np.concatenate([solve_chain(*case, from_rest=True, eigenvalue=True).outcome for case in cases])
+    assert len(taken) < 0.5 * len(outcomes)
+    assert {Outcome.CONVERGED, Outcome.UNSTABLE} <= set(outcomes.tolist())

@@ -22,7 +22,7 @@ MENDED = "mended"
 
 
 IN_PART = (
-    "What follows takes up part of the mismatch and may stand in for something else: look, but change nothing yet."
+    "What follows takes up part of the mismatch; it may stand in for something else: look, but change nothing yet."
 )
 """What is said before effects that are named in part."""
 

@@ -38,6 +38,7 @@ def equilibria_of(
     *,
     from_rest: bool | np.ndarray = False,
     eigenvalue: bool = False,
+    only_its_sign: bool = False,
     detail: bool = True,
     number: np.ndarray | None = None,
     smallest_step: float = SMALLEST_STEP,
@@ -50,13 +51,15 @@ def equilibria_of(
 
     Parameters
     ----------
-    from_rest, eigenvalue, detail, smallest_step : as for `solve_chain`.
+    from_rest, eigenvalue, only_its_sign, detail, smallest_step : as for `solve_chain`; of a chain with terms the
+        eigenvalue is found even if only its sign is asked for.
     number : (s,) step numbers, for terms that depend on time; absent: 1, 2, ... in each sequence.
     allowance : that of `solve_chain`; for a chain with terms, of all iterations together (absent: `usual_work`).
     """
     if not chain.closure:
         asked: dict[str, Any] = {"smallest_step": smallest_step, "allowance": allowance}
-        return solve_chain(chain, loads, from_rest=from_rest, eigenvalue=eigenvalue, detail=detail, **asked)
+        asked |= {"eigenvalue": eigenvalue, "only_its_sign": only_its_sign}
+        return solve_chain(chain, loads, from_rest=from_rest, detail=detail, **asked)
     along = law_path(chain, loads, from_rest, number)
     states, _, closed = settled(along, eigenvalue, smallest_step, allowance)
     return kept(states, closed, detail)
