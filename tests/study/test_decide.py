@@ -9,7 +9,7 @@ import pytest
 
 from prb3r.errors import SpecError
 from prb3r.present.study.comparison import advice_on, decision_captions, publish_comparison
-from prb3r.present.study.front import front_figure
+from prb3r.present.study.front import decision_figure, front_figure
 from prb3r.quantities import describe
 from prb3r.runs.store import read_arrow
 from prb3r.study.advice import bindings, exclusions, recommendation
@@ -117,6 +117,17 @@ def test_an_arrow_never_stands_alone_on_a_line():
         (axes,) = front_figure(decide(cases(TABLE, [], wishes))).axes
         lines = (axes.get_xlabel() + "\n" + axes.get_ylabel()).splitlines()
         assert not {"←", "→"} & {line.strip() for line in lines}
+
+
+def test_what_is_written_below_the_panels_fits_however_long_the_words_of_wishes_are():
+    words = " ".join(["outline"] * 12)
+    wishes = [greater("area", words=words), less("force", words=words)]
+    figure = decision_figure(decide(cases(TABLE, [Requirement(metric="force", at_most=100, words=words)], wishes)))
+    figure.draw_without_rendering()
+    for axes in figure.axes:
+        extent = axes.xaxis.label.get_window_extent()
+        assert extent.x0 >= 0
+        assert extent.x1 <= figure.bbox.x1
 
 
 def test_what_says_nothing_is_left_out():

@@ -26,6 +26,8 @@ FULL_RESERVE = 1.0
 """Reserves beyond this share of the bound, to either side, are drawn at the edge."""
 LABEL_LETTERS = 48
 """Letters of a label that fit along the x axis of a figure of one column; longer names are too long for a legend."""
+ROW_LETTERS = 52
+"""Letters of a line beside a row: longer lines leave the panel too little room for what is written below it."""
 UPRIGHT_LETTERS = 36
 """Letters of a label that fit along the y axis."""
 MOST_OTHERS = 40
@@ -65,7 +67,7 @@ def decision_figure(decision: Decision) -> Figure:
     looks = {k: look for k, look in looks_of(decision).items() if _shown_beside(decision, look)}
     handles = _design_handles(decision, looks)
     beside = legend_columns([str(handle.get_label()) for handle in handles], style.DOUBLE)
-    height = 7.5 * sum(heights) + 12 * len(heights) + LEGEND_ROW * -(-len(handles) // beside)
+    height = 7.5 * sum(heights) + 15 * len(heights) + LEGEND_ROW * -(-len(handles) // beside)
     count = len(heights)
     figure, grid = canvas.axes_grid((style.DOUBLE, height), (count, 1), count, height_ratios=heights)
     panels = iter(grid.ravel())
@@ -81,14 +83,14 @@ def decision_figure(decision: Decision) -> Figure:
         _rows(axes, reserves, words, looks)
         axes.set_xlim(-1.07 * FULL_RESERVE, 1.07 * FULL_RESERVE)
         axes.xaxis.set_major_formatter(lambda value, _: f"{100 * value:.0f} %".replace("-", "−"))
-        axes.set_xlabel("reserve to the bound (left of 0: broken; more than 100 % at the edge)")
+        axes.set_xlabel("reserve to the bound (left of 0: broken;\nmore than 100 % at the edge)")
     if choice:
         axes = next(panels)
         quantities = decision.quantities[len(decision.requirements) :]
         words = [wish_in_words(*pair) for pair in zip(choice, quantities, strict=True)]
         _rows(axes, decision.worth, words, looks)
         axes.set_xlim(-0.05, 1.05)
-        axes.set_xlabel("worth, from the worst (0) to the best (1) of the designs to choose from")
+        axes.set_xlabel("worth, from the worst (0) to the best (1)\nof the designs to choose from")
     canvas.legend(figure, grid[-1, 0], beside, handles)
     return figure
 
@@ -132,7 +134,7 @@ def _rows(axes: Axes, values: np.ndarray, words: Sequence[str], looks: dict[int,
     for k in sorted(looks, key=lambda k: looks[k] is not OTHERS):
         look = looks[k]
         axes.plot(values[k], rows, color=look.colour, marker=look.marker, ls=look.line, lw=0.8, clip_on=False)
-    axes.set_yticks(rows, words)
+    axes.set_yticks(rows, ["\n".join(textwrap.fill(line, ROW_LETTERS) for line in text.split("\n")) for text in words])
     axes.set_ylim(-0.5, len(words) - 0.5)
 
 
