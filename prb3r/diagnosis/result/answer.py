@@ -129,5 +129,5 @@ def _where_unexplained(diagnosis: Diagnosis) -> str:
     )
     return (
         f"{first}, and diagnose again. Until then use no name and no number of this diagnosis elsewhere; prb3r predict "
-        "takes from it what predicts best, with bands that hold what is missed here."
+        "takes from it what predicts best, with bands as wide as what is missed here; other loads may miss by more."
     )
