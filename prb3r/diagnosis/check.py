@@ -36,6 +36,7 @@ from prb3r.diagnosis.result.rig_remarks import (
     bent_at_many_places,
     beyond_tolerance,
     far_rims,
+    impossible_rims,
     misplaced_marker,
     noisy,
     off_as_drawn,
@@ -69,7 +70,8 @@ def check(searched: Searched, blunder: Blunder | None = None) -> Investigation:
     effects = [k for k in range(len(reported.effects)) if not why or is_felt(reported, k)]
     named = tuple(named_effect(choice, k, doubted.search, fresh, reported, partial=bool(why)) for k in effects)
     law, gain = empirical_law(fresh, calibrated, choice.fitted, doubted.task.seed) if why else (None, None)
-    unsure = blunder is not None or any(effect.rivals for effect in named) or bool(at_bounds(choice.fitted))
+    odd = bool(at_bounds(choice.fitted)) or impossible_rims(choice.fitted)
+    unsure = odd or blunder is not None or any(effect.rivals for effect in named)
     verdict = "unexplained" if why else verdict_on(choice, unsure)
     tolerances = tolerances_told(choice.fitted, choice.doubts)
     return Investigation(

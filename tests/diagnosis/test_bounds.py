@@ -76,23 +76,7 @@ def test_a_size_that_ends_on_a_bound_of_the_search_is_told():
 def test_nothing_is_explained_by_a_number_that_ends_where_the_search_ended(monkeypatch):
     """The same recording with and without a remark on such a number."""
     assert diagnosed().verdict == "explained"
-    monkeypatch.setattr(check, "at_bounds", lambda fitted: ["ends as far as was sought"])
-    assert diagnosis_of(recorded(Case())).verdict == "ambiguous"
-
-
-def test_disks_touch_at_no_bend_that_asks_for_rims_far_outside_the_arm():
-    calibrated = fit_constants(predictor(recorded(Case())))
-    predict, states = calibrated.model.predict, calibrated.solved.states
-
-    def contact(arms):
-        """The suspected contact of disks, holes being as far out as `arms` times those of the rig."""
-        chain = predict.chain._replace(offset=arms * predict.chain.offset)
-        library = hypotheses(Scope.of(predict.recording, chain, states))
-        return [each for each in library if each.kind == "disk_contact"]
-
-    (usual,), (narrow,) = contact(1.0), contact(0.2)
-    least = [each.free[0].low for each in (usual, narrow)]
-    gap, hole = predict.chain.arc.min(), np.abs(predict.chain.offset).max()
-    assert least[1] == pytest.approx(gap / (30 * 0.2 * hole))
-    assert least[0] < least[1]
-    assert contact(0.001) == []
+    for name, says in (("at_bounds", ["ends as far as was sought"]), ("impossible_rims", True)):
+        with monkeypatch.context() as patched:
+            patched.setattr(check, name, lambda fitted, says=says: says)
+            assert diagnosis_of(recorded(Case())).verdict == "ambiguous"

@@ -21,6 +21,7 @@ from prb3r.diagnosis.result.rig_remarks import (
     bent_at_many_places,
     beyond_tolerance,
     far_rims,
+    impossible_rims,
     misplaced_marker,
     noisy,
     scattered,
@@ -45,15 +46,19 @@ def test_a_model_with_as_many_effects_as_are_sought_is_said_to_have_them():
     assert not any("as many as are sought" in remark for remark in diagnosed().remarks)
 
 
-@pytest.mark.parametrize(("degrees", "doubted"), [(9.0, True), (25.0, False)])
-def test_disks_that_could_touch_only_with_rims_far_outside_their_holes_are_doubted(degrees, doubted):
+@pytest.mark.parametrize(
+    ("degrees", "doubted", "impossible"), [(1.0, "802", True), (9.0, "89.1", False), (25.0, "", False)]
+)
+def test_disks_that_could_touch_only_with_rims_far_outside_their_holes_are_doubted(degrees, doubted, impossible):
     """Arcs of 14 mm, holes at 25.5 mm: at 9 degrees the rims lie at 14 mm / 0.1571 = 89.1 mm, at 25 degrees at 32."""
     calibrated = to_search(Task(recorded()), lambda stage: None, serially).choice.calibrated
     touching = {"kind": "disk_contact", "angle_rad": degrees * np.pi / 180, "stiffness_n_m_per_rad": 1.0}
     solved = replace(calibrated.solved, effects=(DiskContact.model_validate(touching),))
     remarks = far_rims(replace(calibrated, solved=solved))
-    assert len(remarks) == doubted
-    assert all("rims 89.1 mm from the axis, where the farthest hole lies at 25.5 mm" in remark for remark in remarks)
+    assert len(remarks) == bool(doubted)
+    said = f"rims {doubted} mm from the axis, where the farthest hole lies at 25.5 mm"
+    assert all(said in remark for remark in remarks)
+    assert impossible_rims(replace(calibrated, solved=solved)) == impossible
 
 
 WEAK = [WeakenedPlate(kind="weakened_plate", plate=plate, factor=0.8) for plate in (2, 5)]

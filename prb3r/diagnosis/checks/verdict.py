@@ -76,7 +76,7 @@ def verdict_on(choice: Choice, unsure: bool) -> str:
     Parameters
     ----------
     unsure : whether another effect, or a blunder of the set-up, explains the recording as well as a chosen effect, or a
-        number of a chosen effect ends where the search ended.
+        number of a chosen effect ends where the search ended or is one that no rig has.
     """
     if not choice.kinds:
         return "adequate"

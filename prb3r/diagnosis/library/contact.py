@@ -21,26 +21,13 @@ def _plate_stiffness(scope: Scope) -> float:
     return float(np.median(stiffness.sum(1) / stiffness.shape[1] ** 2))
 
 
-def _least_touching(scope: Scope) -> float:
-    """Smallest bend at which disks may touch, rad: a fiftieth of the farthest one, or that at which rims
-    `Settings.impossible_rim` times as far from the axis as any hole close the narrowest gap."""
-    farthest = scope.settings.impossible_rim * float(np.abs(scope.chain.offset).max(initial=0.0))
-    narrowest = float(scope.chain.arc.min())
-    return max(scope.farthest_bend / 50, narrowest / farthest if farthest > 0 else 0.0)
-
-
-def contact_places(scope: Scope) -> list[Place]:
-    """Places of `disk_contact`: the whole rig, if its plates bend far enough for disks of a possible size to touch."""
-    return whole_rig_if(_least_touching(scope) < scope.farthest_bend / 2)
-
-
 def contact_free(scope: Scope, place: Place) -> tuple[Free, ...]:
-    """Free parameters of `disk_contact`: disks touch between the least bend at which they may and the farthest bend,
-    and the contact is from a thousandth as stiff as the plate, which is not felt, to ten thousand times as stiff, which
-    is rigid."""
+    """Free parameters of `disk_contact`: disks touch between a fiftieth of the farthest bend and all of it, and the
+    contact is from a thousandth as stiff as the plate, which is not felt, to ten thousand times as stiff, which is
+    rigid."""
     bend, stiff = scope.farthest_bend, _plate_stiffness(scope)
     return (
-        Free("angle_rad", bend / 2, _least_touching(scope), bend, log=True),
+        Free("angle_rad", bend / 2, bend / 50, bend, log=True),
         Free("stiffness_n_m_per_rad", stiff, stiff / 1e3, 1e4 * stiff, log=True),
     )
 
@@ -49,8 +36,7 @@ def contact_probes(scope: Scope, place: Place) -> tuple[tuple[float, ...], ...]:
     """Starting values: angles across the range of bends, each with disks that help a little and with disks that carry
     most.  Choice.  A fit begins from each, so that some begin on the right side of the angle at which disks touch."""
     bend, stiff = scope.farthest_bend, _plate_stiffness(scope)
-    least = _least_touching(scope)
-    return tuple((max(share * bend, least), size * stiff) for share in (0.15, 0.4, 0.65, 0.85) for size in (0.3, 3.0))
+    return tuple((share * bend, size * stiff) for share in (0.15, 0.4, 0.65, 0.85) for size in (0.3, 3.0))
 
 
 def said_of_contact(fitted: Occurrence) -> str:

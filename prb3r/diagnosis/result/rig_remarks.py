@@ -91,23 +91,32 @@ def at_bounds(fitted: Fit) -> list[str]:
     return remarks
 
 
-def far_rims(fitted: Fit) -> list[str]:
-    """A remark on disks that touch at so small a bend that their rims would lie far outside all holes.
+def rims(fitted: Fit) -> list[tuple[DiskContact, float]]:
+    """The contacts of disks of a fit, each with the distance of its rims from the axis, m, by its bend.
 
     On an arc of the length h the gap between two disks is h - r times the bend at the distance r from the axis.
     """
-    remarks, chain = [], fitted.solved.chain
-    hole = float(np.abs(chain.offset).max(initial=0.0))
-    for effect in fitted.effects:
-        if isinstance(effect, DiskContact) and effect.angle_rad > 0:
-            rim = float(chain.arc.min()) / effect.angle_rad
-            if rim > fitted.model.settings.farthest_rim * hole > 0:
-                remarks.append(
-                    f"disks that touch at {180 / np.pi * effect.angle_rad:.3g} degrees have rims {1e3 * rim:.3g} mm "
-                    f"from the axis, where the farthest hole lies at {1e3 * hole:.3g} mm: if these do not reach so "
-                    "far, something else stiffens the arm beyond that bend"
-                )
-    return remarks
+    narrowest = float(fitted.solved.chain.arc.min())
+    contacts = [effect for effect in fitted.effects if isinstance(effect, DiskContact)]
+    return [(contact, narrowest / contact.angle_rad) for contact in contacts if contact.angle_rad > 0]
+
+
+def impossible_rims(fitted: Fit) -> bool:
+    """Whether disks would have to reach farther than any disk does to touch as a fit has it."""
+    hole = float(np.abs(fitted.solved.chain.offset).max(initial=0.0))
+    return any(rim > fitted.model.settings.impossible_rim * hole > 0 for _, rim in rims(fitted))
+
+
+def far_rims(fitted: Fit) -> list[str]:
+    """A remark on disks that touch at so small a bend that their rims would lie far outside all holes."""
+    hole = float(np.abs(fitted.solved.chain.offset).max(initial=0.0))
+    return [
+        f"disks that touch at {180 / np.pi * contact.angle_rad:.3g} degrees have rims {1e3 * rim:.3g} mm "
+        f"from the axis, where the farthest hole lies at {1e3 * hole:.3g} mm: if these do not reach so "
+        "far, something else stiffens the arm beyond that bend"
+        for contact, rim in rims(fitted)
+        if rim > fitted.model.settings.farthest_rim * hole > 0
+    ]
 
 
 def misplaced_marker(calibrated: Fit, doubts: Doubts) -> list[str]:

@@ -69,9 +69,10 @@ class FitsSettings:
     out_of_balance_factor: float = 10.0
     """How many times itself the misfit of such a reading has in addition where nothing of its step has an equilibrium;
     in proportion where a part has none.  Choice: large, so that a fit is drawn to where more of a step has one."""
-    path_end_error: float = 1.0 / 2**8
+    path_end_error: float = 1.0 / 2**10
     """Error of the place, as a share of a load step, at which the step loses its equilibrium; a power of a half, as
-    steps are halved to find it.  Choice, for time: fits count what is missing in per cents; with 1/64 some stall."""
+    steps are halved to find it.  Choice: fits count what is missing in per cents.  With 1/256 the 48 recordings of seed
+    47 take as long; with 1/64 some fits stall."""
     least_out_of_balance: float = 1e-6
     """Share of a step without equilibrium that is missing at least, so that none counts as in balance.  Choice: far
     less than `path_end_error`."""

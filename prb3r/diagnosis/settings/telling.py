@@ -87,9 +87,8 @@ class RemarksSettings:
     told_presence: float = 0.1
     """Probability from which a kind of effect that is not named is told to be possible.  Choice, for the reader."""
     impossible_rim: float = 30.0
-    """How many times as far from the axis as any hole no rim lies: contact of disks is not suspected at smaller bends
-    than rims there would close.  Choice, ten times `farthest_rim`: what acts at such bends, as play in clamps, is no
-    contact of disks."""
+    """How many times as far from the axis as any hole no rim lies: contact of disks that asks for more stands for
+    something else, such as play in clamps, and nothing is `explained` by it.  Choice, ten times `farthest_rim`."""
     shown_rise: float = 4.0
     """Profiles are shown up to so many times the rise of chi-square at the ends of an interval.  Choice: twice the
     interval to either side, where chi-square is a parabola."""
