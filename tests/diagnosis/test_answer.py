@@ -69,7 +69,7 @@ def test_what_is_likely_but_not_named_is_what_to_look_for_where_all_that_is_name
     sure = tuple(SimpleNamespace(kind=kind, certain=True, rivals=()) for kind in named)
     around = {"verdict": "ambiguous", "setup": (), "rival_blunder": None, "experiments": ()}
     said = what_to_do(SimpleNamespace(**vars(found) | {"effects": sure} | around))
-    assert said.startswith("Look at the rig itself for " if likely else "Simulate this rig with explained.toml")
+    assert said.startswith("Look at the rig itself for " if likely else "Look first at what the notes doubt")
     assert [kind for kind in KINDS if kind.replace("_", " ") in said] == [kind for kind in KINDS if kind in likely]
     none = {"effects": (), "verdict": "adequate"}
     said = what_to_do(SimpleNamespace(**vars(found) | around | none))

@@ -95,7 +95,7 @@ def _after_the_setup(diagnosis: Diagnosis) -> str:
             f"{'it' if len(unnamed) == 1 else 'them'} is sure. Until then {weighed}."
         )
     if not doubtful:
-        return f"Simulate this rig with explained.toml; {weighed}."
+        return f"Look first at what the notes doubt. Simulate this rig with explained.toml; {weighed}."
     kinds = in_words(list(dict.fromkeys(effect.kind for effect in doubtful)))
     questions = listed(list(dict.fromkeys(_open_question(effect) for effect in doubtful)))
     return (
