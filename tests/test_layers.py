@@ -21,9 +21,9 @@ ORDER = {
     "model": "files laws effects parts paths manipulator given step_checks steps",
     "inverse": "target pull descent search applied reached reach",
     "runs": "threads files secret store sealed states pending part parts provenance tasks backends engine journal",
-    "study": "rounding workspace metrics wishes plots distributions factors loading spec axes tree loads cases resolve "
-    "columns compare converged selections chunk measure cloud work plan tables manifest designs rigs search compute "
-    "explore run decision decide phrases advice",
+    "study": "rounding workspace metrics wishes plots distributions factors loading spec axes tree loads cases "
+    "case_problems resolve columns compare converged selections chunk measure cloud work plan tables manifest designs "
+    "rigs search compute explore run decision decide phrases recommend advice",
     "recording": "recording holds findings units steps markers reading writing let_go plausibility",
     "diagnosis": "confidence settings library fit evidence search checks result known stages investigate together run",
     "proof": "rig settings concealed judging prove sweep",

@@ -151,9 +151,9 @@ def _answers(result: "Result") -> str:
     """Lines on what a study answers, each after a line break; empty where it decides nothing and all is sure."""
     text = ""
     if result.plan.study.decides:
-        from prb3r.study.advice import recommendation
         from prb3r.study.decide import decide
         from prb3r.study.designs import read_designs
+        from prb3r.study.recommend import recommendation
         from prb3r.study.settled import unsettled
 
         decision = decide(read_designs([result.folder]))

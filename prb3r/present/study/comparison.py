@@ -20,7 +20,8 @@ from prb3r.study import advice
 from prb3r.study.decide import by_circumstance, decide
 from prb3r.study.decision import Decision
 from prb3r.study.designs import DesignCases
-from prb3r.study.phrases import capitalised, known_in_words
+from prb3r.study.phrases import bound_in_words, capitalised, known_in_words, wish_in_words
+from prb3r.study.recommend import recommendation
 
 MOST_BESIDE = 5
 """Up to this many designs are columns of the table; more are rows."""
@@ -76,7 +77,7 @@ def advice_on(cases: DesignCases) -> Advice:
     ]
     return Advice(
         decision,
-        advice.recommendation(decision),
+        recommendation(decision),
         decision_table(decision),
         note_on(decision, MOST_LISTED_DESIGNS),
         [(heading, sentences) for heading, sentences in (of_one if decision.alone else of_several) if sentences],
@@ -123,7 +124,7 @@ def _required(decision: Decision) -> list[tuple[str, list[str]]]:
     for r, requirement in enumerate(decision.requirements):
         quantity = decision.quantities[r]
         beside = decision.beside(r)
-        head = f"{advice.wish_in_words(requirement, quantity)}, {advice.bound_in_words(requirement, quantity, beside)}"
+        head = f"{wish_in_words(requirement, quantity)}, {bound_in_words(requirement, quantity, beside)}"
         texts = [known_in_words(value, quantity, beside, requirement.sign) for value in decision.bounded[:, r]]
         kept = decision.margins[:, r] >= 0
         marked = [text if ok else f"{text} ✗" for text, ok in zip(texts, kept, strict=True)]
@@ -137,7 +138,7 @@ def _preferred(decision: Decision) -> list[tuple[str, list[str]]]:
         c = len(decision.requirements) + j
         quantity, beside = decision.quantities[c], decision.beside(c)
         weight = f", weight {preference.weight:g}" if len(set(decision.weights)) > 1 else ""
-        head = f"{advice.wish_in_words(preference, quantity)} ({preference.better} is better{weight})"
+        head = f"{wish_in_words(preference, quantity)} ({preference.better} is better{weight})"
         scores = decision.scores[:, j]
         best = np.isfinite(scores) & (scores == scores.max(where=decision.feasible, initial=-np.inf))
         best &= not decision.alone

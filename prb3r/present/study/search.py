@@ -8,9 +8,9 @@ from prb3r.model.files.cells import count
 from prb3r.present import canvas, rc, style
 from prb3r.present.spots import point_at
 from prb3r.present.study.section import Section
-from prb3r.study.advice import LEVEL
 from prb3r.study.decision import Decision
 from prb3r.study.designs import design_names
+from prb3r.study.recommend import LEVEL
 from prb3r.study.settled import unsettled
 from prb3r.study.spec import Study
 
