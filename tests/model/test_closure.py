@@ -6,6 +6,7 @@ import pytest
 import tomli_w
 
 from prb3r.errors import SpecError
+from prb3r.mechanics.budget import Allowance
 from prb3r.mechanics.chain import loads
 from prb3r.mechanics.equilibrium import Outcome
 from prb3r.model.laws import self_consistent
@@ -175,6 +176,14 @@ def test_a_law_beyond_all_reason_is_given_up_by_the_work_it_takes(monkeypatch):
     monkeypatch.setattr(self_consistent, "WORK_OF_STEP", 10**9)
     fitted = manipulator(term("bend", 0.2 * RIGIDITY / ARC), mu=0.3, history=True).chain()
     assert (equilibria_of(fitted, loads(fitted, pulls)).outcome == Outcome.CONVERGED).all()
+
+
+def test_all_iterations_together_may_take_what_is_allowed():
+    """As in fits, where a path with a law may take no more than one without."""
+    chain = manipulator(term("bend", 1e9), mu=0.3, history=True).chain()
+    steps = loads(chain, [[10.0 * k, 0] for k in (1, 3, 5, 2)])
+    work = {most: equilibria_of(chain, steps, allowance=Allowance(most, 0)).work.sum() for most in (100_000, 200_000)}
+    assert 100_000 < work[100_000] < 200_000 < work[200_000] < 400_000
 
 
 def test_solve_and_studies_know_the_law(monkeypatch):
