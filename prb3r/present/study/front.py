@@ -26,7 +26,7 @@ FULL_RESERVE = 1.0
 """Reserves beyond this share of the bound, to either side, are drawn at the edge."""
 LABEL_LETTERS = 48
 """Letters of a label that fit along the x axis of a figure of one column; longer names are too long for a legend."""
-ROW_LETTERS = 52
+ROW_LETTERS = 60
 """Letters of a line beside a row: longer lines leave the panel too little room for what is written below it."""
 UPRIGHT_LETTERS = 36
 """Letters of a label that fit along the y axis."""
