@@ -132,11 +132,16 @@ def test_a_stated_stiffness_goes_by_what_was_learnt_and_not_by_another_material(
 def test_what_stays_of_the_set_up_is_given_as_a_line_for_the_designs_file():
     """It can be pasted into the file of a design on the same bench, which then has the effect."""
     zero = TensionOffset(kind="tension_offset", cables=["1"], offset_n=0.4)
-    assert _on_what_stays([zero], []) == []
+    plain = Manipulator.model_validate(manipulator())
+    assert _on_what_stays([zero], [], plain) == []
     (remark,) = _on_what_stays(
         [zero, WeakenedPlate(kind="weakened_plate", plate=2, factor=0.7)],
         ["tension offset, which belongs to the set-up"],
+        plain,
     )
     line = remark.split("write to its file: ")[1]
     design = Manipulator.model_validate(manipulator() | tomllib.loads(line))
     assert design.effect == [zero]
+    elsewhere = zero.model_copy(update={"cables": ["no such cable"]})
+    for found, there in ((zero, design), (elsewhere, plain)):
+        assert "write to its file" not in _on_what_stays([found], ["it stays behind"], there)[0]

@@ -93,7 +93,7 @@ def predict_design(
         remarks.append(UNEXPLAINED)
     if steps is None:
         return DesignPrediction(central, left, tuple(remarks), None)
-    remarks += _on_what_stays(posterior.named.effects, left)
+    remarks += _on_what_stays(posterior.named.effects, left, design.given)
     recorded, rng = design.recorded, np.random.default_rng([seed, 1])
     common = common_stiffness_sd(posterior.manipulator, design.given, posterior.tolerance)
     # loads depend on cables, plates and the worth of a kilogram, which are the design's: the same for every rig
@@ -130,13 +130,15 @@ def predict_design(
     return DesignPrediction(central, left, tuple(remarks), _banded(blocks.whole(), centre, spread))
 
 
-def _on_what_stays(effects: Sequence[Effect], left: Sequence[str]) -> list[str]:
-    """A remark on what is left behind, with the lines of the design's file that put there what the found `effects` have
-    of the set-up; none where nothing is `left`."""
+def _on_what_stays(effects: Sequence[Effect], left: Sequence[str], design: Manipulator) -> list[str]:
+    """A remark on what is left behind, with the line that would put those of the found `effects` that belong to the
+    set-up into the file of the `design`, where it has none of the kind; none where nothing is `left`."""
     if not left:
         return []
     remark = "of what is left behind the prediction has what the design's file states, and its bands nothing"
-    of_the_setup = [effect for effect in effects if SUSPECTS[effect.kind].of_the_setup]
+    stated = {effect.kind for effect in design.effect}
+    possible = [each for each in effects if each.kind not in stated and not list(each.problems(design))]
+    of_the_setup = [effect for effect in possible if SUSPECTS[effect.kind].of_the_setup]
     if not of_the_setup:
         return [remark]
     tables = [effect.model_dump(exclude_none=True) for effect in of_the_setup]
