@@ -7,7 +7,7 @@ import pytest
 
 from prb3r.runs.parts import Parts
 from prb3r.runs.tasks import Workers
-from prb3r.study import resolve as resolving
+from prb3r.study import case_problems
 from prb3r.study.plan import plan_study
 from prb3r.study.run import Options, solve_study
 
@@ -117,8 +117,8 @@ def test_a_copy_under_another_name_computes_nothing_even_if_the_first_is_removed
 
 def test_a_manipulator_is_checked_once_for_all_loads_on_it(run, tmp_path, monkeypatch):
     checked = []
-    validate = resolving.validate
-    monkeypatch.setattr(resolving, "validate", lambda *a: checked.append(a) or validate(*a))
+    validate = case_problems.validate
+    monkeypatch.setattr(case_problems, "validate", lambda *a: checked.append(a) or validate(*a))
     grid = "linspace = { from = 0, to = 60, count = 20_000 }"
     (tmp_path / "trial.toml").write_text(SPEC.replace("values = [5, 20, 60, 1e6]", grid))
     plan = plan_study(tmp_path / "trial.toml")

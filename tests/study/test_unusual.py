@@ -79,7 +79,7 @@ def test_loads_that_would_not_act_are_refused(tmp_path, loads, kind):
 
 def test_a_path_without_states_is_drawn_as_missed(tmp_path, monkeypatch):
     """Play is refused as a study is checked, but between the corners of a search no case is."""
-    monkeypatch.setattr("prb3r.study.resolve.lag_problem", lambda chain: "")
+    monkeypatch.setattr("prb3r.study.case_problems.lag_problem", lambda chain: "")
     lags = 'set = { effect = [{ kind = "tension_play", play_n = 2.0 }] }\n'
     plot = '[[plot]]\nname = "way"\nkind = "path"\n'
     found = solved(tmp_path, PATHS + lags + THICKNESS + REACH + plot)
