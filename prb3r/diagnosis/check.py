@@ -17,7 +17,7 @@ from prb3r.diagnosis.fit.tolerance import EstimatedTolerances
 from prb3r.diagnosis.known import Doubted, Searched
 from prb3r.diagnosis.result.constant_remarks import far_constants, far_frame, frame_that_was_taken
 from prb3r.diagnosis.result.investigation import Investigation
-from prb3r.diagnosis.result.named import is_felt, named_effect, separations, surviving
+from prb3r.diagnosis.result.named import intervals_of, is_felt, named_effect, separations, surviving
 from prb3r.diagnosis.result.remarks import (
     against_the_best,
     as_many_as_sought,
@@ -68,7 +68,10 @@ def check(searched: Searched, blunder: Blunder | None = None) -> Investigation:
 
     reported = as_drawn(choice.fitted) if why else choice.fitted
     effects = [k for k in range(len(reported.effects)) if not why or is_felt(reported, k)]
-    named = tuple(named_effect(choice, k, doubted.search, fresh, reported, partial=bool(why)) for k in effects)
+    intervals = {} if why else intervals_of(reported, effects, doubted.search.apply)
+    named = tuple(
+        named_effect(choice, k, doubted.search, fresh, reported, intervals, partial=bool(why)) for k in effects
+    )
     law, gain = empirical_law(fresh, calibrated, choice.fitted, doubted.task.seed) if why else (None, None)
     odd = bool(at_bounds(choice.fitted)) or impossible_rims(choice.fitted)
     unsure = odd or blunder is not None or any(effect.rivals for effect in named)

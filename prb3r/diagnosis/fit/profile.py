@@ -1,6 +1,7 @@
 """95 % intervals of one parameter: by the profile of chi-square, all others refitted, or linearised."""
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -24,6 +25,27 @@ class Profile:
     """Lower end of the 95 % interval, in the same scale; the bound where the interval reaches it."""
     high: float
     """Upper end, likewise."""
+
+
+class Interval(NamedTuple):
+    """The 95 % interval of one parameter, in the parameter's own scale."""
+
+    low: float
+    high: float
+    curve: Profile | None
+    """The profile that the ends are taken from; None where they are linearised."""
+
+
+def interval(fitted: Fit, number: int) -> Interval:
+    """The 95 % interval of parameter `number`.
+
+    By its profile; where a prediction is slow, linearised, unless chi-square at the ends shows that this is wrong.
+    """
+    ends = linear_interval(fitted, number) if fitted.costly else None
+    if ends is not None:
+        return Interval(*ends, None)
+    curve = profile(fitted, number)
+    return Interval(curve.low, curve.high, curve)
 
 
 def profile(fitted: Fit, number: int) -> Profile:

@@ -9,12 +9,13 @@ import numpy as np
 from prb3r.diagnosis.checks.unseen import Unseen
 from prb3r.diagnosis.evidence.model_evidence import bic
 from prb3r.diagnosis.fit.model import Fit
-from prb3r.diagnosis.fit.profile import Profile, linear_interval, profile
+from prb3r.diagnosis.fit.profile import Interval, Profile, interval
 from prb3r.diagnosis.library.hypothesis import Hypothesis, place_text
 from prb3r.diagnosis.result.effects import Separation
 from prb3r.diagnosis.result.numbers import SurvivingModel
 from prb3r.diagnosis.result.spread import ends_over_models, number_of_share
 from prb3r.diagnosis.result.statements import Estimate, sentence
+from prb3r.diagnosis.search.apply import Apply
 from prb3r.diagnosis.search.exchange import without_effect
 from prb3r.diagnosis.search.experiment import best_experiments
 from prb3r.diagnosis.search.rivals import Rival, rivals
@@ -49,8 +50,32 @@ class Named:
     """The model without the effect, refitted; None if the fit fails."""
 
 
+def intervals_of(fitted: Fit, effects: Sequence[int], apply: Apply) -> dict[int, Interval]:
+    """95 % intervals of all parameters of the `effects` (from 0) of a fit, by the number of the parameter.
+
+    None of a fit whose chi-square is far from one a degree of freedom, unless its predictions are slow.
+    """
+    model = fitted.model
+    if not (fitted.costly or fitted.reduced < model.settings.far_from_one):
+        return {}
+    numbers = [k for effect in effects for k in range(model.spans[effect].start, model.spans[effect].stop)]
+    found = apply(_interval, [(fitted, number) for number in numbers])
+    return dict(zip(numbers, found, strict=True))
+
+
+def _interval(task: tuple[Fit, int]) -> Interval:
+    return interval(*task)
+
+
 def named_effect(
-    choice: Choice, number: int, search: Search, fresh: Unseen | None, reported: Fit, *, partial: bool
+    choice: Choice,
+    number: int,
+    search: Search,
+    fresh: Unseen | None,
+    reported: Fit,
+    intervals: Mapping[int, Interval],
+    *,
+    partial: bool,
 ) -> Named:
     """The effect at `number`, from 0, of the chosen model, with its intervals, rivals and gains.
 
@@ -58,7 +83,8 @@ def named_effect(
     ----------
     fresh : the sequences set aside, if any were; where the chosen model predicts them, rivals have to do so too.
     reported : the chosen model with the parameters that are reported.
-    partial : whether the model leaves something unexplained; then there are no intervals.
+    intervals : of these parameters, as of :func:`intervals_of`; those that are not there have none.
+    partial : whether the model leaves something unexplained.
     """
     fitted = choice.fitted
     hypothesis = fitted.model.hypotheses[number]
@@ -71,7 +97,7 @@ def named_effect(
         near = [rival for rival in near if not fresh.refutes(rival.fitted)]
     elsewhere = [rival for rival in near if _same_but_place(rival.hypothesis, hypothesis)]
     places = _places(hypothesis, [*(rival.hypothesis for rival in elsewhere), *_in_its_place(choice, hypothesis)])
-    parameters, profiles = _estimates(replace(choice, fitted=reported), number, sure=not partial)
+    parameters, profiles = _estimates(replace(choice, fitted=reported), number, intervals)
     simpler = without_effect(fitted, number)
     statement = sentence(reported, number, parameters)
     for key, (value, among) in places.items():
@@ -131,27 +157,26 @@ def _places(hypothesis: Hypothesis, elsewhere: list[Hypothesis]) -> dict[str, tu
     return places
 
 
-def _estimates(choice: Choice, number: int, *, sure: bool) -> tuple[dict[str, Estimate], dict[str, Profile]]:
+def _estimates(
+    choice: Choice, number: int, intervals: Mapping[int, Interval]
+) -> tuple[dict[str, Estimate], dict[str, Profile]]:
     """Estimates of the parameters of the effect at `number` of the chosen model, and their profiles.
 
-    Without intervals unless the explanation is `sure`.  Intervals are widened to what the other surviving models with
-    that effect say of it.  Where a prediction is slow, the interval of the chosen model is linearised, without a
-    profile, unless chi-square at its ends shows that this is wrong.
+    The `intervals` (:func:`intervals_of`) are widened to what the other surviving models with that effect say of it.
     """
     fitted = choice.fitted
     model, hypothesis = fitted.model, fitted.model.hypotheses[number]
-    friction, deserved = model.friction(fitted.p), fitted.reduced < model.settings.far_from_one
+    friction = model.friction(fitted.p)
     estimates, profiles = {}, {}
     for part, free in enumerate(hypothesis.free):
         k = model.spans[number].start + part
         estimates[free.name] = Estimate(free.value(fitted.p[k], friction))
-        if not sure or not (deserved or fitted.costly):
+        if k not in intervals:
             continue
-        ends = linear_interval(fitted, k) if fitted.costly else None
-        if ends is None:
-            curve = profiles[free.name] = profile(fitted, k)
-            ends = curve.low, curve.high
-        ends = ends_over_models(choice, k, number_of_share(hypothesis, part), ends)
+        low, high, curve = intervals[k]
+        if curve is not None:
+            profiles[free.name] = curve
+        ends = ends_over_models(choice, k, number_of_share(hypothesis, part), (low, high))
         low, high = sorted(free.value(end, friction) for end in ends)
         estimates[free.name] = Estimate(estimates[free.name].value, low, high, free.open_ends(low, high))
     return estimates, profiles
