@@ -27,7 +27,7 @@ class Profile:
     """Upper end, likewise."""
 
 
-class Interval(NamedTuple):
+class LikelihoodInterval(NamedTuple):
     """The 95 % interval of one parameter, in the parameter's own scale."""
 
     low: float
@@ -36,16 +36,16 @@ class Interval(NamedTuple):
     """The profile that the ends are taken from; None where they are linearised."""
 
 
-def interval(fitted: Fit, number: int) -> Interval:
+def likelihood_interval(fitted: Fit, number: int) -> LikelihoodInterval:
     """The 95 % interval of parameter `number`.
 
     By its profile; where a prediction is slow, linearised, unless chi-square at the ends shows that this is wrong.
     """
     ends = linear_interval(fitted, number) if fitted.costly else None
     if ends is not None:
-        return Interval(*ends, None)
+        return LikelihoodInterval(*ends, None)
     curve = profile(fitted, number)
-    return Interval(curve.low, curve.high, curve)
+    return LikelihoodInterval(curve.low, curve.high, curve)
 
 
 def profile(fitted: Fit, number: int) -> Profile:

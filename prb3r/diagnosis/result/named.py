@@ -9,7 +9,7 @@ import numpy as np
 from prb3r.diagnosis.checks.unseen import Unseen
 from prb3r.diagnosis.evidence.model_evidence import bic
 from prb3r.diagnosis.fit.model import Fit
-from prb3r.diagnosis.fit.profile import Interval, Profile, interval
+from prb3r.diagnosis.fit.profile import LikelihoodInterval, Profile, likelihood_interval
 from prb3r.diagnosis.library.hypothesis import Hypothesis, place_text
 from prb3r.diagnosis.result.effects import Separation
 from prb3r.diagnosis.result.numbers import SurvivingModel
@@ -50,7 +50,7 @@ class Named:
     """The model without the effect, refitted; None if the fit fails."""
 
 
-def intervals_of(fitted: Fit, effects: Sequence[int], apply: Apply) -> dict[int, Interval]:
+def intervals_of(fitted: Fit, effects: Sequence[int], apply: Apply) -> dict[int, LikelihoodInterval]:
     """95 % intervals of all parameters of the `effects` (from 0) of a fit, by the number of the parameter.
 
     None of a fit whose chi-square is far from one a degree of freedom, unless its predictions are slow.
@@ -63,8 +63,8 @@ def intervals_of(fitted: Fit, effects: Sequence[int], apply: Apply) -> dict[int,
     return dict(zip(numbers, found, strict=True))
 
 
-def _interval(task: tuple[Fit, int]) -> Interval:
-    return interval(*task)
+def _interval(task: tuple[Fit, int]) -> LikelihoodInterval:
+    return likelihood_interval(*task)
 
 
 def named_effect(
@@ -73,7 +73,7 @@ def named_effect(
     search: Search,
     fresh: Unseen | None,
     reported: Fit,
-    intervals: Mapping[int, Interval],
+    intervals: Mapping[int, LikelihoodInterval],
     *,
     partial: bool,
 ) -> Named:
@@ -158,7 +158,7 @@ def _places(hypothesis: Hypothesis, elsewhere: list[Hypothesis]) -> dict[str, tu
 
 
 def _estimates(
-    choice: Choice, number: int, intervals: Mapping[int, Interval]
+    choice: Choice, number: int, intervals: Mapping[int, LikelihoodInterval]
 ) -> tuple[dict[str, Estimate], dict[str, Profile]]:
     """Estimates of the parameters of the effect at `number` of the chosen model, and their profiles.
 
