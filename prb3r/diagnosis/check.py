@@ -46,6 +46,7 @@ from prb3r.diagnosis.result.rig_remarks import (
     wrong_weights,
 )
 from prb3r.diagnosis.search.pool import Survivor
+from prb3r.diagnosis.search.rivals import with_replacements
 from prb3r.diagnosis.search.selection import Choice
 from prb3r.model.effects.base import Effect
 from prb3r.recording.holds import creeping
@@ -69,8 +70,9 @@ def check(searched: Searched, blunder: Blunder | None = None) -> Investigation:
     reported = as_drawn(choice.fitted) if why else choice.fitted
     effects = [k for k in range(len(reported.effects)) if not why or is_felt(reported, k)]
     intervals = {} if why else intervals_of(reported, effects, doubted.search.apply)
+    compared = with_replacements(choice, effects, doubted.search)
     named = tuple(
-        named_effect(choice, k, doubted.search, fresh, reported, intervals, partial=bool(why)) for k in effects
+        named_effect(compared, k, doubted.search, fresh, reported, intervals, partial=bool(why)) for k in effects
     )
     law, gain = empirical_law(fresh, calibrated, choice.fitted, doubted.task.seed) if why else (None, None)
     odd = bool(at_bounds(choice.fitted)) or impossible_rims(choice.fitted)

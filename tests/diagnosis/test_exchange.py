@@ -12,7 +12,7 @@ from prb3r.diagnosis.search.apply import serially
 from prb3r.diagnosis.search.assumed import Assumed
 from prb3r.diagnosis.search.exchange import replacements, without_effect
 from prb3r.diagnosis.search.pool import Pool
-from prb3r.diagnosis.search.rivals import rivals
+from prb3r.diagnosis.search.rivals import rivals, with_replacements
 from prb3r.diagnosis.search.selection import choose, exchange_effects, explore_until_settled
 from prb3r.diagnosis.stages import calibrate, doubt
 
@@ -98,11 +98,14 @@ def test_what_stands_in_the_place_of_an_effect_stands_beside_all_others(doubted,
             assert len(other.model.hypotheses) == len(others) + 1
 
 
-def test_a_model_is_exchanged_once_and_rivals_are_taken_from_what_was_fitted_then(doubted, found, monkeypatch):
+def test_a_model_is_exchanged_once_and_rivals_are_taken_from_what_was_fitted_then(doubted, found):
     """None of what was found before too: its odds are better by far."""
     choice = choose(exchange_effects(found, doubted.search), doubted.search)
     assert frozenset(choice.fitted.model.hypotheses) in choice.exchanged
-    monkeypatch.setattr("prb3r.diagnosis.search.rivals.replacements", None)  # would not be called again
+    everyone = range(len(choice.fitted.model.hypotheses))
+    assert with_replacements(choice, everyone, doubted.search) is choice
+    fresh = replace(choice, tried=(), exchanged=frozenset())
+    assert len(with_replacements(fresh, everyone, doubted.search).tried) > len(everyone)
     contact = [each.kind for each in choice.fitted.model.hypotheses].index("disk_contact")
     near = [rival for rival in rivals(choice, contact, doubted.search) if rival.indistinguishable]
     assert "nonlinear_plate" in {rival.hypothesis.kind for rival in near}

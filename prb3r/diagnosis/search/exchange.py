@@ -5,7 +5,7 @@ proposes to exchange the one for the other.  What could replace an effect shows 
 without it.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 
 import numpy as np
 
@@ -46,6 +46,16 @@ def replacements(chosen: Fit, number: int, search: Search) -> list[Fit]:
         return np.where((rise >= settings.shortlist_share * gain) | survives, rise, -np.inf)
 
     return added(base, search, worth, barred=chosen.model.hypotheses[number])
+
+
+def replacements_of(chosen: Fit, numbers: Iterable[int], search: Search) -> list[Fit]:
+    """The :func:`replacements` of each of the effects `numbers` of a model; the effects are tasks of their own."""
+    found = search.apply(_replacements, [(chosen, number, search.here) for number in numbers])
+    return [fitted for fits in found for fitted in fits]
+
+
+def _replacements(task: tuple[Fit, int, Search]) -> list[Fit]:
+    return replacements(*task)
 
 
 def with_confounded(fitted: Fit, search: Search) -> list[Fit]:

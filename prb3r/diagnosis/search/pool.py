@@ -15,7 +15,7 @@ from prb3r.diagnosis.fit.least_squares import fit, polished
 from prb3r.diagnosis.fit.model import Fit, Model
 from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.diagnosis.search.columns import beginning, linear_model
-from prb3r.diagnosis.search.exchange import replacements, without_effect
+from prb3r.diagnosis.search.exchange import replacements_of, without_effect
 from prb3r.diagnosis.search.linear_selection import LinearModel, best_sets, worth_fitting
 from prb3r.diagnosis.search.search import Search
 from prb3r.diagnosis.settings import Settings
@@ -148,10 +148,8 @@ class Pool:
         if effects in self.exchanged or fitted.reduced > self.settings.gross:
             return False
         self.exchanged.add(effects)
-        tasks = [(fitted, number, self.search.here) for number in range(len(effects))]
-        for others in self.search.apply(_replacements, tasks):
-            for other in others:
-                self.add(other)
+        for other in replacements_of(fitted, range(len(effects)), self.search):
+            self.add(other)
         self.fit_parts()
         return self.evidence[self.ranked[0]] - before > self.settings.better_exchanged
 
@@ -267,10 +265,6 @@ class Pool:
         weight = np.exp([self.evidence[effects] - best for effects in kept])
         shares = (weight / weight.sum()).tolist()
         return tuple(Survivor(self.fits[e], self.evidence[e], share) for e, share in zip(kept, shares, strict=True))
-
-
-def _replacements(task: tuple[Fit, int, Search]) -> list[Fit]:
-    return replacements(*task)
 
 
 def _part(task: tuple[Fit, int, float]) -> Fit | None:

@@ -1,12 +1,12 @@
 """Rivals of a chosen effect: models with another effect in its place, refitted, and how far predictions are apart."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from prb3r.diagnosis.evidence.model_evidence import cost, plausible
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.library.hypothesis import Hypothesis
-from prb3r.diagnosis.search.exchange import replacements
+from prb3r.diagnosis.search.exchange import replacements_of
 from prb3r.diagnosis.search.search import Search
 from prb3r.diagnosis.search.selection import Choice
 
@@ -46,9 +46,20 @@ def distance(of: Fit, to: Fit) -> float:
     return float(apart @ apart)
 
 
+def with_replacements(choice: Choice, numbers: Sequence[int], search: Search) -> Choice:
+    """The choice with the replacements of its effects `numbers` among what was tried; itself if the search has
+    exchanged every effect of this set."""
+    if choice.effects in choice.exchanged:
+        return choice
+    chosen = choice.fitted
+    open_ones = [number for number in numbers if chosen.model.hypotheses[number] not in choice.settled]
+    return replace(choice, tried=(*choice.tried, *replacements_of(chosen, open_ones, search)))
+
+
 def rivals(choice: Choice, number: int, search: Search) -> list[Rival]:
     """All rivals of the chosen effect `number`, distinguishable or not: each hypothesis once, the best fit first.
 
+    They are among what was tried, to which :func:`with_replacements` adds what the search has not exchanged.
     An effect that other recordings show too (`Choice.settled`) has none.
     """
     chosen = choice.fitted
@@ -57,8 +68,6 @@ def rivals(choice: Choice, number: int, search: Search) -> list[Rival]:
         return []
     refitted = [fitted for fitted in choice.tried if _replaces(fitted.model.hypotheses, effects[number], others)]
     out, odds = dict[Hypothesis, Rival](), search.log_odds
-    if frozenset(effects) not in choice.exchanged:
-        refitted += replacements(chosen, number, search)
     for fitted in refitted:
         new = next(hypothesis for hypothesis in fitted.model.hypotheses if hypothesis not in others)
         if fitted.balanced and (plausible(fitted) or not new.free):
