@@ -10,11 +10,15 @@ zero.  Where both edges of a hole rub, ``|alpha| + |beta|`` takes the place of `
 stiff against bending does not lie against the hole over the whole turn: a turn t may count as ``t / (1 + c t)``.  `mu`
 may fall or grow with the tension before the hole, as ``mu_0 (T_in / T_0)^-p`` (Howell and Mazur, J. Text. Inst. 44
 (1953) T59: friction as the power 1 - p of the force).
+
+A drag in the holes that does not grow with the tension changes it by a further factor (1 + d / (T_in + d))^slip.  Far
+above the drag `d` that is a force of d; far below, as a slack cable drags on nothing, the tension is halved or doubled.
+
 The slip is declared, or it follows from the cable's own travel: when the cable length beyond a hole shortens by the
 presliding length, the hole has gone from rest to full slip toward the base.
 """
 
-from math import copysign, sqrt, tanh
+from math import copysign, log, sqrt, tanh
 
 from prb3r.mechanics.angle import direction_of, exponential
 from prb3r.mechanics.kernel import kernel
@@ -69,9 +73,24 @@ def rubbing_part(turn, saturation):
 
 
 @kernel
+def drag_of_hole(model, tension):
+    """Derivative of the log tension behind a hole by the slip, as the drag makes it, and the derivative of that by the
+    log tension before the hole."""
+    drag = model.hole_drag
+    total = tension + drag
+    return log((total + drag) / total), -tension * drag / (total * (total + drag))
+
+
+@drag_of_hole.where_in_lanes
+def no_drag(model, tension):
+    """`drag_of_hole` for equilibria solved side by side, whose holes have none."""
+    return 0.0, 0.0
+
+
+@kernel
 def rub(model, out, cable):
-    """Write the friction at the hole before a span to its record `out`: the product of coefficient and wrap angle
-    (`wrap`), and the derivatives of the log tension behind the hole by direction, approach and log tension before it.
+    """Write the friction at the hole before a span to its record `out`: the derivatives of the log tension behind the
+    hole by slip (`wrap`), direction, approach and log tension before it.
 
     `cable` holds the cable as it arrives at the hole.  A tension a little below zero, as beside an idle cable where its
     derivatives are taken, rubs as one above.
@@ -91,6 +110,10 @@ def rub(model, out, cable):
         out.rate = slip * (friction * grows)
         out.rate_in = -out.rate
     out.passes = 1.0 - model.friction_exponent * slip * out.wrap
+    if model.hole_drag != 0.0:
+        dragged, grows = drag_of_hole(model, abs(cable.tension))
+        out.wrap += dragged
+        out.passes += slip * grows
 
 
 @kernel
@@ -112,7 +135,7 @@ def pull_cables(model, plate, span, cable):
         if every(pull == 0.0):
             continue
         out.rate = out.rate_in = out.wrap = 0.0
-        if out.friction != 0.0:
+        if out.friction != 0.0 or model.hole_drag != 0.0:
             rub(model, out, cable[j])
             pull *= exponential(cable[j].slip * out.wrap)
         fx, fy = -out.along[0] * pull, -out.along[1] * pull

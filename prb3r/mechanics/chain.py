@@ -102,6 +102,9 @@ class Chain(NamedTuple):
     """Growth of friction with every elapsed step, as a share of the initial one."""
     wrap_saturation: float = 0.0
     """Saturation c of friction with the turn t at a hole, 1/rad: a turn counts as t / (1 + c t)."""
+    hole_drag: float = 0.0
+    """Drag d in every hole that does not grow with the tension, N: at full slip a tension T before a hole is changed by
+    the factor 1 + d / (T + d), or by its inverse."""
     umbilical: float = 0.0
     """Stiffness of a couple that turns the tip disk back to angle 0, N m/rad."""
     closure: tuple[Term, ...] = ()

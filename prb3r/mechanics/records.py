@@ -85,7 +85,7 @@ def span_fields(by: int) -> list[tuple]:
         ("tension", float),
         ("rate", float),  # d ln(tension) / d direction, signed
         ("rate_in", float),  # d ln(tension) / d approach, signed
-        ("wrap", float),  # friction coefficient times wrap angle at the hole
+        ("wrap", float),  # d ln(tension) / d slip at the hole: friction coefficient times wrap angle, and drag
         ("passes", float),  # d ln(tension) / d ln(tension before the hole)
         ("wrench", float, (3,)),  # on the distal part, as in the plate's record
         ("slip", float),  # history: slip at the hole in the last accepted state, -1 drawn in to +1 paid out
@@ -121,6 +121,7 @@ def model_fields(n: int, links: int) -> list[tuple]:
         ("friction_exponent", float),
         ("friction_tension", float),
         ("wrap_saturation", float),
+        ("hole_drag", float),
         ("umbilical", float),
     ]
 
@@ -188,7 +189,7 @@ def _copies(records: np.ndarray, count: int) -> np.ndarray:
 
 OF_MODEL = (
     *("disk", "softening", "umbilical", "presliding", "edges", "clearance"),
-    *("friction_exponent", "friction_tension", "wrap_saturation"),
+    *("friction_exponent", "friction_tension", "wrap_saturation", "hole_drag"),
 )
 """Fields of a chain that stand under the same name in the record of the model."""
 OF_PLATES = "arc", "clamp", "stiffness", "cable_stiffness", "rest"

@@ -30,9 +30,10 @@ def test_times_alone_are_no_reason_to_name_friction_by_rates():
 
 
 WIDTH = {"wrap_saturation": 0.8, "load_dependent_friction": 0.41, "friction_drift": 0.5, "base_tilt": 0.6}
+WIDTH |= {"hole_drag": 0.5}
 """Of intervals, in sizes.  What saturates is told from a smaller coefficient by how turns differ alone; of what goes
 with the load, other forces at which it has the stated coefficients survive, with exponents of their own; what grows is
-the share of a coefficient that is estimated too; 6 N bend the arm little."""
+the share of a coefficient that is estimated too, beside which a drag is found; 6 N bend the arm little."""
 
 
 QUICK = [
@@ -49,6 +50,7 @@ OTHERS = [
     (case(0.6, kind="load_dependent_friction", exponent=-0.8, tension_n=95.0), {}),
     (timed(0.6, kind="rate_dependent_friction", rate=-0.06, reference_n_per_s=0.0629), {}),
     (case(0.6, kind="wrap_saturation", saturation_per_rad=8.0), {}),
+    (case(0.6, kind="hole_drag", drag_n=0.5), {}),
     (case(kind="precurvature_gradient", change_per_m=1.0), {}),
     (case(kind="plate_softening", share_per_step=0.008), {}),
     (case(0.6, kind="friction_drift", share_per_step=0.03), {}),

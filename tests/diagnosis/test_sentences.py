@@ -28,7 +28,7 @@ def test_what_differs_in_kind_from_a_chain_without_it_is_said(library):
 def test_one_direction_makes_sense_where_the_other_does_not_exist(library):
     losses = {"pulley_friction", "tip_load_friction", "weight_friction"}
     amounts = {"cable_friction", "hole_clearance", "clamp_compliance", "cable_bending"}
-    amounts |= {"wrap_saturation", "base_compliance", "umbilical", "tension_play", "payload_scale"}
+    amounts |= {"wrap_saturation", "hole_drag", "base_compliance", "umbilical", "tension_play", "payload_scale"}
     assert {h.kind for h, _ in library if h.continuous and h.sided(friction=0.3)} == losses | amounts | {
         "nonlinear_plate"
     }
@@ -156,6 +156,7 @@ def test_one_direction_makes_sense_where_the_other_does_not_exist(library):
             {"saturation_per_rad": (4, 3, 5)},
             "of a turn t counts t / (1 + t x 4 (3 to 5) per rad).",
         ),
+        ("hole_drag", {}, {"drag_n": (0.4, 0.3, 0.5)}, "Every hole drags on its cable with 0.4 (0.3 to 0.5) N,"),
         ("stiffness_gradient", {}, {"tip_to_base": (0.6, 0.5, 0.7)}, "become softer and softer from the base to the"),
         ("stiffness_gradient", {}, {"tip_to_base": (1.5, 1.4, 1.6)}, "become stiffer and stiffer from the base to the"),
         ("base_tilt", {}, {"angle_rad": (np.pi / 90, np.pi / 180, np.pi / 60)}, "by 2 (1 to 3) degrees, anticlockwise"),

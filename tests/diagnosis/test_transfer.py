@@ -32,7 +32,13 @@ def test_friction_carries_over_and_what_sits_somewhere_does_not(library):
             ]
             carried.add(hypothesis.kind)
     rules = {"cable_friction", "pulley_friction", "slip_history", "edge_wrap"}
-    rules |= {"load_dependent_friction", "wrap_saturation", "rate_dependent_friction", "breakaway_friction"}
+    rules |= {
+        "load_dependent_friction",
+        "wrap_saturation",
+        "rate_dependent_friction",
+        "breakaway_friction",
+        "hole_drag",
+    }
     parts = {"clamp_compliance", "disk_contact", "hole_clearance", "cable_bending", "umbilical"}
     laws = {"nonlinear_plate", "hysteretic_plate", "superelastic_plate", "flag_hysteresis"}
     assert carried == rules | parts | laws | {"notch_closing"}

@@ -35,6 +35,7 @@ def others_of(chain):
         "friction_exponent": 0.2,
         "friction_tension": 3.0,
         "wrap_saturation": 0.4,
+        "hole_drag": 0.3,
         "umbilical": 0.05,
     }
     return [chain, *(chain._replace(**{name: value}) for name, value in changes.items())]

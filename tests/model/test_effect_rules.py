@@ -25,6 +25,7 @@ from prb3r.model.effects import EFFECT_KINDS
         {"kind": "friction_drift", "share_per_step": 0.0},
         {"kind": "breakaway_friction", "excess": 0.0, "decay_n": 10.0},
         {"kind": "wrap_saturation", "saturation_per_rad": 0.0},
+        {"kind": "hole_drag", "drag_n": 0.0},
         {"kind": "stiffness_gradient", "tip_to_base": 1.0},
         {"kind": "base_compliance", "compliance_rad_per_n_m": 0.0},
         {"kind": "plate_softening", "share_per_step": 0.0},

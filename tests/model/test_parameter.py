@@ -26,6 +26,7 @@ EFFECTS = [
     {"kind": "friction_drift", "share_per_step": 0.1},
     {"kind": "breakaway_friction", "excess": 0.5, "decay_n": 20.0},
     {"kind": "wrap_saturation", "saturation_per_rad": 3.0},
+    {"kind": "hole_drag", "drag_n": 0.5},
     {"kind": "stiffness_gradient", "tip_to_base": 1.0},
     {"kind": "tension_drift", "offset_n_per_step": 0.5},
     {"kind": "tension_play", "play_n": 1.5},

@@ -119,6 +119,7 @@ def later_effects(rng):
         {"kind": "gravity", "x_m_s2": u(-5, 5), "y_m_s2": u(-5, 5)},
         {"kind": "self_weight", "x_n": u(-3, 3), "y_n": u(-3, 3)},
         {"kind": "payload_scale", "scale": u(1, 2)},
+        {"kind": "hole_drag", "drag_n": u(0, 1)},
     ]
 
 

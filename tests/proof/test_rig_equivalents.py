@@ -27,6 +27,7 @@ NOTHING = [
     effect("tension_play", play_n=0.0),
     effect("load_dependent_friction", exponent=0.0, tension_n=10.0),
     effect("wrap_saturation", saturation_per_rad=0.0),
+    effect("hole_drag", drag_n=0.0),
     effect("camera_drift", x_m_per_step=1e-3),
     effect("stiffness_gradient", tip_to_base=1.0),
     effect("tip_mass", mass_kg=0.2),

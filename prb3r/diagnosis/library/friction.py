@@ -1,5 +1,5 @@
 """Suspects among friction: its coefficient for all cables, one cable or one hole, its dependence on load, rate, time
-and wrap angle, slip along the load path, and pulleys before the base."""
+and wrap angle, a drag that does not depend on the load, slip along the load path, and pulleys before the base."""
 
 from collections.abc import Iterator
 
@@ -109,6 +109,18 @@ def _saturation(scope: Scope, place: Place) -> tuple[Free, ...]:
     count half: prior sd 0.5, up to 20, where a twentieth of such a turn counts."""
     per_turn = 1 / scope.largest_bend
     return (Free("saturation_per_rad", 0.0, 0.0, 20 * per_turn, scale=per_turn, sd=0.5),)
+
+
+def _drag(scope: Scope, place: Place) -> tuple[Free, ...]:
+    """Free parameter of `hole_drag`: up to what all holes of a cable together take of half the largest tension, prior
+    sd a tenth of that tension."""
+    all_holes = scope.pull / max(scope.reach(cable) for cable in scope.pulled)
+    return (Free("drag_n", 0.0, 0.0, 0.5 * all_holes, scale=all_holes, sd=0.1),)
+
+
+def _drags(scope: Scope) -> list[Place]:
+    """The place of `hole_drag`, the whole rig, where a cable is pulled; else none."""
+    return whole_rig_if(bool(scope.pulled))
 
 
 def _rubs(scope: Scope) -> list[Place]:
@@ -235,6 +247,18 @@ FRICTION_SUSPECTS = (
         transfer=as_it_is,
         places=_rubs,
         free=_saturation,
+        presence=rare,
+    ),
+    Suspect(
+        "hole_drag",
+        sentence=lambda fitted: (
+            f"Every hole drags on its cable with {fitted.size} N, whatever the tension, as a seal, a lining or a cable "
+            "that resists being bent to and fro does."
+        ),
+        transfer=as_it_is,
+        places=_drags,
+        free=_drag,
+        shared=OF_THE_SURFACES,
         presence=rare,
     ),
     Suspect(

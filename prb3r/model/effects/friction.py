@@ -126,6 +126,20 @@ class WrapSaturation(Effect):
         return chain._replace(wrap_saturation=self.saturation_per_rad)
 
 
+class HoleDrag(Effect):
+    """A drag in every hole that does not grow with the tension, as of a seal, a lining or a cable that is bent to and
+    fro: where a cable is paid out, its tension T before a hole is multiplied by 1 + `drag_n` / (T + `drag_n`), and
+    where it is drawn in divided by that. So the drag is a force of `drag_n` where the tension is far above it, and
+    leaves half of a tension far below it. It goes with the slip of the hole as belt friction does, and what changes
+    that with rate, travel or time changes the drag alike."""
+
+    kind: Literal["hole_drag"]
+    drag_n: Annotated[NonNegative, Field(description="Force that each hole takes of a large tension, N.")]
+
+    def change(self, chain: Chain, manipulator: Host) -> Chain:
+        return chain._replace(hole_drag=chain.hole_drag + self.drag_n)
+
+
 class PulleyFriction(Effect):
     """A pulley before the base hole, of all (or the named) cables: behind it the tension is multiplied by `efficiency`
     where the cable is drawn in, and divided by it where it is paid out."""

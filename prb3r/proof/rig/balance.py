@@ -72,6 +72,7 @@ def rig_at(built: BuiltRig, loads: AppliedLoads) -> Rig:
     return rig._replace(
         friction=loads.rubbing * rig.friction,
         pulley=loads.rubbing * rig.pulley,
+        drags=loads.rubbing * rig.drags,
         rigidity=left * rig.rigidity,
         compliance=rig.compliance / left,
         base_compliance=rig.base_compliance / left,

@@ -167,6 +167,8 @@ def _arrays(draft: Draft) -> Rig:
         friction=draft.friction,
         friction_exponent=float(draft.friction_exponent),
         friction_tension=float(draft.friction_tension),
+        hole_drag=float(draft.hole_drag),
+        drags=np.ones(len(draft.reach)),
         wrap_saturation=float(draft.wrap_saturation),
         pulley=draft.pulley,
         edges=draft.edges,

@@ -198,9 +198,15 @@ def pull_cable(rig, j, tension, slips, ends, pulls):
         if rig.friction_exponent != 0 and tension > 0:
             friction *= np.exp(-rig.friction_exponent * (log + np.log(tension / rig.friction_tension)))
             add_rows(d_log, 0, reach, -slip[i, j] * friction * turn * rig.friction_exponent, d_log)
-        log += slip[i, j] * friction * turn
+        held = friction * turn
+        if rig.hole_drag > 0 and tension > 0:
+            arriving = tension * np.exp(log)
+            held += rig.drags[j] * np.log1p(rig.hole_drag / (arriving + rig.hole_drag))
+            grows = arriving / (arriving + 2 * rig.hole_drag) - arriving / (arriving + rig.hole_drag)
+            add_rows(d_log, 0, reach, slip[i, j] * rig.drags[j] * grows, d_log)
+        log += slip[i, j] * held
         if sticking[i, j]:
-            add_rows(d_log, i, reach, friction * turn / rig.presliding, d_length)
+            add_rows(d_log, i, reach, held / rig.presliding, d_length)
         add_rows(d_log, i, i + 1, slip[i, j] * friction * leave_sign, d_angle)
         if i:
             add_rows(d_log, i - 1, i, slip[i, j] * friction * enter_sign, d_angle)

@@ -52,6 +52,7 @@ TYPICAL: Mapping[str, Typical] = {
     "load_dependent_friction": Typical(0.25, 0.85),  # exponents of 0.1 to 0.33
     "camera_drift": Typical(0.05, 0.4),  # 0.1 to 0.8 % of the length in the end
     "wrap_saturation": Typical(0.15, 0.8),  # the largest turns count three quarters to two fifths
+    "hole_drag": Typical(0.1, 0.7),  # 4 to 28 % of the largest tension lost in all holes together
     "friction_drift": Typical(0.25, 0.8),  # a quarter to four fifths more friction in the end
     "breakaway_friction": Typical(0.2, 0.8),  # static friction 1.2 to 1.8 times the kinetic one
     "stiffness_gradient": Typical(0.15, 0.7),  # a tip 10 to 40 % softer or stiffer than the base

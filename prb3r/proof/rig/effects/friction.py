@@ -5,6 +5,7 @@ coefficient at every hole of its cables; `worn_hole` replaces what then holds at
 the tension by `load_dependent_friction`, on its rate of change by `rate_dependent_friction`, on its change since the
 cable began to slide its present way by `breakaway_friction`, and on the number of steps by `friction_drift`; the last
 three act on pulleys too.  `wrap_saturation` changes the wrap angle that counts.
+`hole_drag` is a force of every hole on its own.
 """
 
 from collections.abc import Iterator
@@ -129,6 +130,15 @@ def _saturating(given: Conditions) -> Iterator[Candidate]:
         yield Candidate((), lambda u: {"saturation_per_rad": u / given.bend}, 0, 2.0)
 
 
+def _drag(draft: Draft, drag_n):
+    draft.hole_drag += drag_n
+
+
+def _dragging(given: Conditions) -> Iterator[Candidate]:
+    # at most four tenths of the largest tension is lost on the way to the last of all holes
+    yield Candidate((), lambda u: {"drag_n": u * given.pull / given.plates}, 0, 0.4)
+
+
 def _lose(draft: Draft, efficiency, cables=None):
     draft.pulley[draft.columns(cables)] -= np.log(efficiency)
 
@@ -210,6 +220,7 @@ FRICTION_RECORDS = (
         once=True,
         of_the_kind=True,
     ),
+    Record("hole_drag", _drag, (size("drag_n", FROM_ZERO),), _dragging, rare=True, of_the_kind=True),
     Record(
         "pulley_friction",
         _lose,
