@@ -80,7 +80,10 @@ def investigate(task: Task, report: Report = lambda stage: None, apply: Apply = 
     if investigation.failed and not investigation.choice.structured:
         remark = fitted_too(_mended(task, blunders), investigation, apply)
         investigation = replace(investigation, remarks=(*investigation.remarks, remark))
-    return replace(investigation, verdict="set-up", blunders=blunders) if blunders else investigation
+    if not blunders:
+        return investigation
+    filed = task.recording.manipulator if any(each.file == "manipulator" for each in blunders) else None
+    return replace(investigation, verdict="set-up", blunders=blunders, as_filed=filed)
 
 
 def fitted_too(task: Task, investigation: Investigation, apply: Apply) -> str:

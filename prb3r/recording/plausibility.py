@@ -26,12 +26,18 @@ ALIKE = 5.0
 a doubt.  Choice: half of g."""
 
 
+MUCH_STRONGER = 30.0
+"""Largest ratio between the strongest pulls of a sequence and of all others without a doubt.  Choice: between what
+programs have and the 102 by which grams exceed newtons."""
+
+
 def implausible(recording: Recording) -> Iterator[str]:
     """All doubts about the set-up of a recording, each a sentence."""
     yield from _misplaced_disks(recording)
     yield from _wrong_sides(recording)
     yield from slips_the_other_way(recording)
     yield from _mixed_units(recording)
+    yield from _other_unit(recording)
     yield from _never_noted(recording)
     yield from _too_little(recording)
 
@@ -189,6 +195,20 @@ def _mixed_units(recording: Recording) -> Iterator[str]:
         if max(ratio, 1 / ratio) > ALIKE:
             stronger = f"{ratio:.2g} times as strong as" if ratio > 1 else f"{1 / ratio:.2g} times weaker than"
             yield f"cables noted in kilograms are pulled {stronger} those noted in newtons; is a unit wrong?"
+
+
+def _other_unit(recording: Recording) -> Iterator[str]:
+    """A doubt for each sequence that is pulled much harder than all others, as if it was noted in another unit."""
+    by_step = recording.loads.tension.max(1, initial=0.0)
+    strongest = np.array([by_step[recording.of_sequence == k].max() for k in range(len(recording.sequences))])
+    for k, name in enumerate(recording.sequences):
+        others = np.delete(strongest, k).max(initial=0.0)
+        if 0 < MUCH_STRONGER * others < strongest[k]:
+            ratio = strongest[k] / others
+            yield (
+                f"sequence {name} is pulled by up to {strongest[k]:.3g} N, {ratio:.2g} times as hard as any other "
+                f"({others:.3g} N); is it in grams, or in another unit?"
+            )
 
 
 def _never_noted(recording: Recording) -> Iterator[str]:

@@ -47,11 +47,11 @@ def mirrored(known):
     return known.with_values(np.where(readings.kind == Kind.X, readings.value, -readings.value))
 
 
-def in_kilograms(known, sequence=None):
-    """Kilograms in the columns of newtons, in all sequences or in one."""
+def in_kilograms(known, sequence=None, share=1.0):
+    """Kilograms, or `share` kilograms, in the columns of newtons, in all sequences or in one."""
     here, gravity = known.steps["sequence"].eq(sequence or known.steps["sequence"]), known.manipulator.gravity_m_s2
     columns = known.steps[[f"cable_{name}_n" for name in "1234"]]
-    return other_steps(known, **columns.where(~here, columns / gravity))
+    return other_steps(known, **columns.where(~here, columns / (share * gravity)))
 
 
 def backward(known, name):
@@ -108,6 +108,7 @@ PLANTED = {
     "cable 2 ends at segment 1, not where the file says": lambda r: other_cables(r, cable_2={"ends_at_segment": 2}),
     "weights noted as newtons are kilograms": in_kilograms,
     "weights of sequence down noted as newtons are kilograms": lambda r: in_kilograms(r, "down"),
+    "weights of sequence up noted as newtons are grams": lambda r: in_kilograms(r, "up", 1e-3),
     "slip is declared with the wrong sign": lambda r: other_steps(
         r, **{f"slip_{name}": -r.steps[f"slip_{name}"] for name in "1234"}
     ),

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from diagnosis.planted import in_kilograms, other_cables
 from diagnosis.simulated import WEAK, Case, diagnosed, recorded
@@ -9,6 +10,7 @@ from diagnosis.simulated import WEAK, Case, diagnosed, recorded
 from prb3r import SpecError
 from prb3r.diagnosis import stages
 from prb3r.diagnosis.library import SUSPECTS, hypotheses
+from prb3r.diagnosis.result.design_prediction import predict_design
 from prb3r.diagnosis.result.transfer import on_other
 from prb3r.diagnosis.run import diagnosis_of, joint_diagnosis_of
 
@@ -54,6 +56,22 @@ def test_another_recording_of_a_file_with_a_blunder_is_judged_with_it_mended(jud
     assert held.rmse_explained_m < 1.1 * held.noise_m < held.rmse_calibrated_m
     assert "the other is judged with its manipulator file mended too" in judged.remarks
     assert not [text for text in judged.remarks if "the third" in text]  # its file is as the mended one
+
+
+def test_nothing_is_predicted_for_the_file_with_the_blunder(judged):
+    """Its wrong offset would be taken for that of another design, and bands would not hold the rig."""
+    right = recorded(Case(hidden=HIDDEN, seed=3)).manipulator
+    wrong, further = (
+        other_cables(other(), cable_3={"offset_m": 0.021}).manipulator,
+        right.replace("cable.1.offset_m", 0.02),
+    )
+    steps = {"sequence": "a", "step": [1], "cable_1_n": [20.0]}
+    with pytest.raises(
+        SpecError, match="the blunder that the diagnosis found in it; give the mended one, mended/manip"
+    ):
+        predict_design(judged, wrong, steps)
+    for design in (right, further):
+        assert np.isfinite(predict_design(judged, design, steps, draws=40).positions["x_m"]).all()
 
 
 def test_each_effect_has_its_gain_on_the_other_recordings(judged):

@@ -104,6 +104,13 @@ def test_a_cable_without_a_column_and_a_sequence_without_loads_are_told(bench):
     assert any(doubt.startswith("sequence b: no load at any step") for doubt in said), said
 
 
+def test_a_sequence_in_grams_among_others_in_newtons_is_told(bench):
+    assert not any("grams" in doubt for doubt in implausible(bench.load()))
+    bench.steps.loc[bench.steps["sequence"] == "b", "cable_1_n"] *= 1000 / 9.80665
+    (said,) = (doubt for doubt in implausible(bench.load()) if "grams" in doubt)
+    assert said.startswith("sequence b is pulled by up to ")
+
+
 def test_positions_of_the_base_are_readings_too(bench):
     bench.markers = pd.concat([bench.markers, bench.markers[:1].assign(disk=0, x_m=-0.002)])
     recording = bench.load()

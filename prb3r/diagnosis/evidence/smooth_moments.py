@@ -22,6 +22,7 @@ import numpy as np
 
 from prb3r.diagnosis.fit.basis import basis_of, left_singular
 from prb3r.diagnosis.fit.model import Fit
+from prb3r.diagnosis.fit.prediction import Solution
 from prb3r.diagnosis.fit.response import moment_response
 from prb3r.diagnosis.settings import Settings
 from prb3r.mechanics.chain import Loads
@@ -114,9 +115,13 @@ def moment_fields(fitted: Fit) -> dict[str, np.ndarray]:
 def response_to_moments(fitted: Fit) -> np.ndarray:
     """(r, n) change of every reading by a moment on each plate at its own step, as large as the largest of the cables,
     m or rad."""
-    solved = fitted.solved
-    pull = float(np.abs(solved.loads.tension).max(initial=0.0) * np.abs(solved.chain.offset).max(initial=0.0)) or 1.0
-    return pull * moment_response(fitted.model.predict, solved, pull)
+    largest = cable_moment(fitted.solved)
+    return largest * moment_response(fitted.model.predict, fitted.solved, largest)
+
+
+def cable_moment(solved: Solution) -> float:
+    """Largest moment of a cable about the axis of its plates in any step, N m; 1 where nothing is pulled."""
+    return float(np.abs(solved.loads.tension).max(initial=0.0) * np.abs(solved.chain.offset).max(initial=0.0)) or 1.0
 
 
 def modes_of_field(fitted: Fit, on_arm: np.ndarray, over_steps: np.ndarray) -> np.ndarray:

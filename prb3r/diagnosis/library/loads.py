@@ -235,7 +235,8 @@ LOAD_SUSPECTS = (
         "payload_scale",
         sentence=lambda fitted: (
             f"The loads on tip and disks are {fitted.size} times as large as noted: weigh them again, "
-            "with hanger and hook."
+            "with hanger and hook, or the force sensors of all cables read too much by as large a share, which looks "
+            "alike."
         ),
         transfer=OF_THE_SETUP,
         places=lambda scope: whole_rig_if(_noted(scope)),

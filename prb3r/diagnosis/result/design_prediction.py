@@ -24,6 +24,7 @@ from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.diagnosis.result.largest_bending import bending_of
 from prb3r.diagnosis.result.learnt_design import LearntDesign
 from prb3r.diagnosis.result.posterior import Drawn, Posterior, averaged
+from prb3r.diagnosis.result.projection import MENDED
 from prb3r.diagnosis.result.workshop import common_stiffness_sd, within_tolerances
 from prb3r.diagnosis.settings import Settings
 from prb3r.errors import Problem, SpecError
@@ -43,6 +44,11 @@ STANDING = (Outcome.CONVERGED, Outcome.DETOUR)
 """Outcomes of a solve that are equilibria at which an arm stays."""
 UNEXPLAINED = "the recording is unexplained: what carries over may stand in for something else"
 """What is said of predictions that rest on such a recording."""
+UNMENDED = (
+    "is the file of the recorded rig with the blunder that the diagnosis found in it; give the mended one, "
+    f"{MENDED}/manipulator.toml in the folder of the diagnosis"
+)
+"""What is said of a design that is the recorded rig as it was noted wrongly."""
 WHAT_TO_GIVE = "give the folder that prb3r diagnose wrote, or its diagnosis.json"
 """What messages ask for in the place of a diagnosis."""
 
@@ -84,9 +90,11 @@ def predict_design(
     """
     if draws < 1 / TAIL:
         raise SpecError(Problem("draws", f"a 95 % band needs at least {1 / TAIL:.0f}, not {draws}"))
-    known, verdict = read_posterior(diagnosis)
+    (known, verdict), given = read_posterior(diagnosis), manipulator_of(manipulator)
+    if known.is_unmended(given):
+        raise SpecError(Problem(manipulator if isinstance(manipulator, str) else given.name, UNMENDED))
     columns = read_table(steps) if isinstance(steps, str | Path) else steps
-    design = LearntDesign(known, manipulator_of(manipulator), timed=columns is None or TIME in columns)
+    design = LearntDesign(known, given, timed=columns is None or TIME in columns)
     posterior = design.posterior
     (central, left), remarks = design.of(posterior.named), design.remarks
     if verdict == "unexplained":

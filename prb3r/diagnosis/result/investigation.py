@@ -15,6 +15,7 @@ from prb3r.diagnosis.result.named import Named
 from prb3r.diagnosis.result.numbers import SurvivingModel
 from prb3r.diagnosis.search.empirical_law import Closure
 from prb3r.diagnosis.search.selection import Choice
+from prb3r.model.manipulator import Manipulator
 from prb3r.recording.recording import Recording
 
 
@@ -68,6 +69,8 @@ class Investigation:
     """Names of sequences set aside that the chosen model does not predict."""
     blunders: tuple[Blunder, ...] = ()
     """Blunders of the set-up; everything else refers to the recording with these mended."""
+    as_filed: Manipulator | None = None
+    """The nominal manipulator as the recording's file has it, where a blunder was mended there; else None."""
     rival_blunder: Blunder | None = None
     """A blunder that would explain the recording instead of effects, but has too little evidence to be reported."""
 

@@ -16,6 +16,7 @@ from prb3r.diagnosis.library.hypothesis import Free, Hypothesis
 from prb3r.diagnosis.result.as_made import PartsPosterior
 from prb3r.diagnosis.result.discrepancy import Discrepancy
 from prb3r.diagnosis.result.largest_bending import Bending
+from prb3r.diagnosis.result.same_rig import same_geometry
 from prb3r.model.effects import AnyEffect
 from prb3r.model.effects.base import Effect
 from prb3r.model.manipulator import Manipulator, Strict
@@ -153,7 +154,9 @@ class Posterior(Strict):
     """The posterior of a manipulator and its effects, given a recording."""
 
     manipulator: Manipulator
-    """Nominal."""
+    """Nominal; mended, where the file of the recording had blunders."""
+    as_filed: Manipulator | None = None
+    """As the file of the recording has it, where the diagnosis mended it; else absent."""
     tolerance: Tolerance = Tolerance()
     """How exactly rigs of its making are made."""
     models: list[ModelPosterior]
@@ -166,6 +169,12 @@ class Posterior(Strict):
     there."""
     bending: Bending | None = None
     """How far plates were bent; absent in what was written before this was noted."""
+
+    def is_unmended(self, design: Manipulator) -> bool:
+        """Whether a design is the recorded rig as its file has it, with blunders that the diagnosis mended."""
+        if self.as_filed is None or same_geometry(self.manipulator, design):
+            return False
+        return same_geometry(self.as_filed, design)
 
     def resting(self, same_geometry: bool) -> "Posterior":
         """The posterior that predictions for a design rest on: where the recording is unexplained, a single model."""

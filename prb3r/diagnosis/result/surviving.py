@@ -39,6 +39,7 @@ def posterior_of(investigation: Investigation) -> Posterior:
     unexplained = bool(investigation.why)
     return Posterior(
         manipulator=recording.manipulator,
+        as_filed=investigation.as_filed,
         tolerance=recording.tolerance,
         models=models,
         reported=_alone(*best_of_rig(investigation)) if unexplained else None,

@@ -22,6 +22,7 @@ from prb3r.diagnosis.search.pool import Effects, Pool, Survivor
 from prb3r.diagnosis.search.search import Search, examine
 from prb3r.diagnosis.search.twins import in_special_forms, twins_of
 from prb3r.diagnosis.settings import Settings
+from prb3r.model.effects import EFFECT_KINDS
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,14 +132,14 @@ class Choice:
         """Probability of what the chosen model lacks although it is more likely present than absent.
 
         These are kinds of effects, by kind, and, if the kind is chosen at other places, effects at their place, by
-        name.
+        name; none of a kind that a manipulator has but once.
         """
         kinds = {kind: p for kind, p in self.presence.items() if kind not in self.kinds and p > 0.5}
         elsewhere = dict[str, float]()
         for survivor in self.survivors:
             for one in survivor.effects - self.effects:
                 same = any(one.generalises(chosen) or chosen.generalises(one) for chosen in self.effects)
-                if one.kind in self.kinds and not same:
+                if one.kind in self.kinds and not same and not EFFECT_KINDS[one.kind].once:
                     elsewhere[one.name] = elsewhere.get(one.name, 0.0) + survivor.probability
         return kinds | {name: p for name, p in elsewhere.items() if p > 0.5}
 

@@ -1,4 +1,5 @@
-"""Blunders with weights and loads: kilograms in a column of newtons, newtons in one of kilograms, loads upside down."""
+"""Blunders with weights and loads: kilograms or grams in a column of newtons, newtons or grams in one of kilograms,
+loads upside down."""
 
 from collections.abc import Iterator
 from functools import partial
@@ -17,9 +18,14 @@ def unit_blunders(recording: Recording) -> Iterator[Remedy]:
     steps, gravity = recording.steps, recording.manipulator.gravity_m_s2
     loaded = {name: numbers(steps[name]).to_numpy(float) != 0 for name in steps if name.endswith(("_n", "_kg"))}
     pulled = [name for name in cable_columns(recording.manipulator, steps) if loaded[name].any()]
-    for unit, other, factor in (("_n", "kilograms", gravity), ("_kg", "newtons", 1 / gravity)):
-        columns = [name for name in pulled if name.endswith(unit)]
-        noted = {"_n": "newtons", "_kg": "kilograms"}[unit]
+    worth = {"newtons": 1.0, "kilograms": gravity, "grams": gravity / 1000}  # N
+    for unit, noted, other in (
+        ("_n", "newtons", "kilograms"),
+        ("_n", "newtons", "grams"),
+        ("_kg", "kilograms", "newtons"),
+        ("_kg", "kilograms", "grams"),
+    ):
+        columns, factor = [name for name in pulled if name.endswith(unit)], worth[other] / worth[noted]
         if columns:
             every = len(columns) == len(pulled)
             yield _scaled("unit", f"weights noted as {noted} are {other}", columns, factor)
