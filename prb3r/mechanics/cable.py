@@ -11,14 +11,15 @@ stiff against bending does not lie against the hole over the whole turn: a turn 
 may fall or grow with the tension before the hole, as ``mu_0 (T_in / T_0)^-p`` (Howell and Mazur, J. Text. Inst. 44
 (1953) T59: friction as the power 1 - p of the force).
 
-A drag in the holes that does not grow with the tension changes it by a further factor (1 + d / (T_in + d))^slip.  Far
-above the drag `d` that is a force of d; far below, as a slack cable drags on nothing, the tension is halved or doubled.
+A drag in the holes that does not grow with the tension changes it by a further factor
+``exp(slip d / (T_in^2 + d^2)^(1/2))``.  Above the drag `d` that is nearly a force of d; of a slack cable, which drags
+on nothing, it is at most a factor of e.
 
 The slip is declared, or it follows from the cable's own travel: when the cable length beyond a hole shortens by the
 presliding length, the hole has gone from rest to full slip toward the base.
 """
 
-from math import copysign, log, sqrt, tanh
+from math import copysign, sqrt, tanh
 
 from prb3r.mechanics.angle import direction_of, exponential
 from prb3r.mechanics.kernel import kernel
@@ -76,15 +77,9 @@ def rubbing_part(turn, saturation):
 def drag_of_hole(model, tension):
     """Derivative of the log tension behind a hole by the slip, as the drag makes it, and the derivative of that by the
     log tension before the hole."""
-    drag = model.hole_drag
-    total = tension + drag
-    return log((total + drag) / total), -tension * drag / (total * (total + drag))
-
-
-@drag_of_hole.where_in_lanes
-def no_drag(model, tension):
-    """`drag_of_hole` for equilibria solved side by side, whose holes have none."""
-    return 0.0, 0.0
+    square = tension * tension + model.hole_drag * model.hole_drag
+    dragged = model.hole_drag / sqrt(square)
+    return dragged, -dragged * tension * tension / square
 
 
 @kernel
@@ -111,7 +106,7 @@ def rub(model, out, cable):
         out.rate_in = -out.rate
     out.passes = 1.0 - model.friction_exponent * slip * out.wrap
     if model.hole_drag != 0.0:
-        dragged, grows = drag_of_hole(model, abs(cable.tension))
+        dragged, grows = drag_of_hole(model, cable.tension)
         out.wrap += dragged
         out.passes += slip * grows
 

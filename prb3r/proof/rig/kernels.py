@@ -201,9 +201,10 @@ def pull_cable(rig, j, tension, slips, ends, pulls):
         held = friction * turn
         if rig.hole_drag > 0 and tension > 0:
             arriving = tension * np.exp(log)
-            held += rig.drags[j] * np.log1p(rig.hole_drag / (arriving + rig.hole_drag))
-            grows = arriving / (arriving + 2 * rig.hole_drag) - arriving / (arriving + rig.hole_drag)
-            add_rows(d_log, 0, reach, slip[i, j] * rig.drags[j] * grows, d_log)
+            share = rig.drags[j] * rig.hole_drag / np.hypot(arriving, rig.hole_drag)
+            held += share
+            by_log = -share / (1 + (rig.hole_drag / arriving) ** 2)
+            add_rows(d_log, 0, reach, slip[i, j] * by_log, d_log)
         log += slip[i, j] * held
         if sticking[i, j]:
             add_rows(d_log, i, reach, held / rig.presliding, d_length)
