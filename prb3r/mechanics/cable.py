@@ -11,15 +11,16 @@ stiff against bending does not lie against the hole over the whole turn: a turn 
 may fall or grow with the tension before the hole, as ``mu_0 (T_in / T_0)^-p`` (Howell and Mazur, J. Text. Inst. 44
 (1953) T59: friction as the power 1 - p of the force).
 
-A drag in the holes that does not grow with the tension changes it by a further factor
-``exp(slip d / (T_in^2 + d^2)^(1/2))``.  Above the drag `d` that is nearly a force of d; of a slack cable, which drags
-on nothing, it is at most a factor of e.
+A drag `d` in the holes that does not grow with the tension changes it by a further factor: where the cable is paid out
+``(1 + x)^slip``, and where it is drawn in ``(1 - x)^-slip`` with ``x = d / (T_in^2 + d^2 / 4)^(1/2)``.  So at full slip
+the tension grows or falls by d.  Where a hole would hold more than the share `HELD`, the logarithm falls on in a straight
+line: a slack cable that is drawn in keeps 0.4 % of its tension, and one that is paid out has three times as much.
 
 The slip is declared, or it follows from the cable's own travel: when the cable length beyond a hole shortens by the
 presliding length, the hole has gone from rest to full slip toward the base.
 """
 
-from math import copysign, sqrt, tanh
+from math import copysign, log, sqrt, tanh
 
 from prb3r.mechanics.angle import direction_of, exponential
 from prb3r.mechanics.kernel import kernel
@@ -28,6 +29,10 @@ from prb3r.mechanics.lanes.number import every
 LEAN = 0.005
 """Bend of a plate over which a cable with clearance comes to lie against the inner side of its holes, rad: it is moved
 by the clearance times tanh(bend / LEAN)."""
+
+
+HELD = 0.7
+"""Share of a tension that a hole holds back, up to which its drag is a plain force."""
 
 
 @kernel
@@ -74,12 +79,23 @@ def rubbing_part(turn, saturation):
 
 
 @kernel
-def drag_of_hole(model, tension):
+def drag_of_hole(model, tension, slip):
     """Derivative of the log tension behind a hole by the slip, as the drag makes it, and the derivative of that by the
     log tension before the hole."""
-    square = tension * tension + model.hole_drag * model.hole_drag
-    dragged = model.hole_drag / sqrt(square)
-    return dragged, -dragged * tension * tension / square
+    drag = model.hole_drag
+    square = tension * tension + drag * drag / 4.0
+    share = drag / sqrt(square)
+    grows = -share * tension * tension / square
+    if slip > 0.0:
+        return log(1.0 + share), grows / (1.0 + share)
+    left = 1.0 - min(share, HELD)
+    return max(share - HELD, 0.0) / left - log(left), grows / left
+
+
+@drag_of_hole.where_in_lanes
+def no_drag(model, tension, slip):
+    """`drag_of_hole` for equilibria solved side by side, whose holes have none."""
+    return 0.0, 0.0
 
 
 @kernel
@@ -106,7 +122,7 @@ def rub(model, out, cable):
         out.rate_in = -out.rate
     out.passes = 1.0 - model.friction_exponent * slip * out.wrap
     if model.hole_drag != 0.0:
-        dragged, grows = drag_of_hole(model, cable.tension)
+        dragged, grows = drag_of_hole(model, cable.tension, slip)
         out.wrap += dragged
         out.passes += slip * grows
 

@@ -103,8 +103,7 @@ class Chain(NamedTuple):
     wrap_saturation: float = 0.0
     """Saturation c of friction with the turn t at a hole, 1/rad: a turn counts as t / (1 + c t)."""
     hole_drag: float = 0.0
-    """Drag d in every hole that does not grow with the tension, N: at full slip the logarithm of a tension T before a
-    hole is changed by d / (T^2 + d^2)^(1/2)."""
+    """Force by which the drag in every hole changes a tension well above it at full slip, N; see `cable.py`."""
     umbilical: float = 0.0
     """Stiffness of a couple that turns the tip disk back to angle 0, N m/rad."""
     closure: tuple[Term, ...] = ()

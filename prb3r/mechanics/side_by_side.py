@@ -107,8 +107,8 @@ def stand_alone(chain: Chain, rows: Loads, from_rest: np.ndarray, eigenvalue: bo
     """(s,) whether each step can be solved side by side with others.
 
     It has to start from rest without any load, no other step may start from it, no dead load or extra moment may act,
-    and plates and friction must be plain: no bending law, hysteresis, history, softening, tied angles or friction that
-    depends on tension.
+    and plates and friction must be plain: no bending law, hysteresis, history, softening, tied angles, drag in holes
+    or friction that depends on tension.
 
     Parameters
     ----------
@@ -116,7 +116,8 @@ def stand_alone(chain: Chain, rows: Loads, from_rest: np.ndarray, eigenvalue: bo
     from_rest : (s,) whether a step starts from rest.
     eigenvalue : whether the lowest eigenvalue is asked for, which then needs a closed form.
     """
-    plain = chain.law.linear and not (chain.tied or chain.remembers or chain.softening or chain.friction_exponent)
+    of_tension = chain.friction_exponent or chain.hole_drag
+    plain = chain.law.linear and not (chain.tied or chain.remembers or chain.softening or of_tension)
     dead, free = dead_loads(chain, rows), not (rows.tension[0].any() or rows.moment.any())
     if not plain or not free or dead[0] or (eigenvalue and not has_closed_form(chain)):
         return np.zeros(len(from_rest), bool)

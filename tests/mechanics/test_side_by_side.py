@@ -36,7 +36,6 @@ def chains():
     yield "frictionless", prototype(0.0)
     yield "prb1r", prototype(0.3, plate=PRB_1R)
     yield "elastica", prototype(0.3, first_segment=2.0, plate=ELASTICA)
-    yield "drag", plain._replace(hole_drag=0.5)
     yield "edges", plain._replace(edges=True, wrap_saturation=0.5)
     yield "clearance", plain._replace(clearance=5e-4)
     yield "pulley", plain._replace(pulley=np.array([0.9, 1.0, 0.8, 0.95]))

@@ -107,35 +107,31 @@ def test_of_every_turn_less_counts_the_larger_it_is(edges):
 
 
 def test_a_drag_in_the_holes_is_a_force_whatever_the_tension_is():
-    """Of 40 N, drawn in over four holes of 0.5 N each, 38 N arrive; paid out, 42 N: but for half of (0.5 / 40)^2 of
-    it a hole."""
+    """Of 40 N, drawn in over four holes of 0.5 N each, 38 N arrive; paid out, 42 N; of 2.5 N some 0.5 N."""
     drags = manipulator({"kind": "hole_drag", "drag_n": 0.5})
-    for pull in (40.0, 400.0):
+    for pull, within in ((400.0, 1e-6), (40.0, 1e-5), (2.5, 0.02)):
         drawn, paid = (state(drags, up=pull, slip=slip).tension[0, :, 0] for slip in (-1.0, 1.0))
-        within = 1.1 * 4 / 2 * (0.5 / pull) ** 2
-        assert drawn == pytest.approx(pull - 0.5 * np.arange(1, 5), rel=within)
+        assert drawn[:3] == pytest.approx(pull - 0.5 * np.arange(1, 4), rel=within)
         assert paid == pytest.approx(pull + 0.5 * np.arange(1, 5), rel=within)
+    assert 0.0 < drawn[3] < 0.6
 
 
 def test_a_drag_in_the_holes_leaves_a_slack_cable_slack():
-    """A tension far below the drag falls or grows by a factor of e at every hole; no tension stays none."""
+    """A tension far below the drag falls to 0.4 % at every hole or grows threefold; no tension stays none."""
     drags = manipulator({"kind": "hole_drag", "drag_n": 5.0})
-    assert state(drags, up=1e-9, slip=-1.0).tension[0, :, 0] == pytest.approx(1e-9 * np.exp(-np.arange(1.0, 5)))
-    assert state(drags, up=1e-9, slip=1.0).tension[0, :, 0] == pytest.approx(1e-9 * np.exp(np.arange(1.0, 5)))
+    assert state(drags, up=1e-6, slip=-1.0).tension[0, 0, 0] == pytest.approx(0.3e-6 * np.exp(-1.3 / 0.3))
+    assert state(drags, up=1e-9, slip=1.0).tension[0, :, 0] == pytest.approx(1e-9 * 3 ** np.arange(1.0, 5))
     assert not state(drags, up=0.0, slip=1.0).tension.any()
 
 
 def test_a_drag_in_the_holes_comes_on_top_of_belt_friction():
-    """Behind the base hole belt friction leaves a part of 40 N, and the drag of 1 N some 39 / 40 of that."""
+    """Behind the base hole belt friction leaves a part of 40 N, and the drag of 1 N 39 / 40 of that."""
     turn = {"kind": "worn_hole", "disk": 0, "coefficient": 0.5}
-    both, rubs = (
-        state(manipulator(*effects, plates=1), up=40.0)
-        for effects in ([{"kind": "hole_drag", "drag_n": 1.0}, turn], [turn])
-    )
+    both = state(manipulator({"kind": "hole_drag", "drag_n": 1.0}, turn, plates=1), up=40.0)
     place = both.x[0] + 1j * both.y[0]
     turned = np.angle(place[1] + (-0.002 + 0.02j) * np.exp(1j * both.angle[0, 1]) - (place[0] + 0.002 + 0.02j))
-    assert both.tension[0, 0, 0] == pytest.approx(40.0 * np.exp(-1 / np.sqrt(1601) - 0.5 * abs(turned)), rel=1e-9)
-    assert rubs.tension[0, 0, 0] > both.tension[0, 0, 0]
+    assert abs(turned) > 0.005
+    assert both.tension[0, 0, 0] == pytest.approx(39.0 * np.exp(-0.5 * abs(turned)), rel=1e-5)
 
 
 def test_friction_that_grows_with_the_load_has_the_other_sign_of_the_power():

@@ -128,10 +128,10 @@ class WrapSaturation(Effect):
 
 class HoleDrag(Effect):
     """A drag in every hole that does not grow with the tension, as of a seal, a lining or a cable that is bent to and
-    fro: where a cable is paid out, the logarithm of its tension T before a hole grows by `drag_n` / (T^2 +
-    `drag_n`^2)^(1/2), and where it is drawn in it falls by that. So the drag is a force of `drag_n` where the tension
-    is well above it, and takes no more than a factor of e from a slack cable. It goes with the slip of the hole as
-    belt friction does, and what changes that with rate, travel or time changes the drag alike."""
+    fro: where a cable is drawn in, its tension falls by `drag_n` at every hole, and where it is paid out it grows by
+    that. Below 1.4 `drag_n` the tension of a cable that is drawn in falls smoothly to nearly nothing, and that of a
+    slack one that is paid out grows threefold at most. It goes with the slip of the hole as belt friction does, and
+    what changes that with rate, travel or time changes the drag alike."""
 
     kind: Literal["hole_drag"]
     drag_n: Annotated[NonNegative, Field(description="Force that each hole takes of a large tension, N.")]

@@ -38,8 +38,8 @@ class Rig(NamedTuple):
     friction: np.ndarray  # (n, m) coefficient at the hole before plate i
     friction_exponent: float  # coefficients go with (tension before the hole / `friction_tension`)^-exponent
     friction_tension: float  # tension at which the coefficients are those of `friction`
-    hole_drag: float  # N: full slip changes ln of a tension T before a hole by hole_drag / hypot(T, hole_drag)
-    drags: np.ndarray  # (m,) factor of that, which goes as the coefficients do
+    hole_drag: float  # N: what a hole takes from a large tension at full slip, or adds to it
+    drags: np.ndarray  # (m,) factor of what that does to ln of the tension, which goes as the coefficients do
     wrap_saturation: float  # 1/rad: a wrap angle t counts as t / (1 + wrap_saturation t)
     pulley: np.ndarray  # (m,) -ln(efficiency)
     edges: bool  # wrap angle counted at both edges of a hole; else the net turn

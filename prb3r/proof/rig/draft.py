@@ -87,7 +87,7 @@ class Draft:
     wrap_saturation: float = 0.0
     """1/rad: a wrap angle t counts as t / (1 + wrap_saturation t)."""
     hole_drag: float = 0.0
-    """N: drag d of a hole on a large tension; ln of a tension T before it changes by d / hypot(T, d)."""
+    """N: drag of a hole: what it takes from a large tension, or adds to it; see `kernels.drag_share`."""
     contact_angle: np.ndarray = field(init=False)
     """(n, 2) bend at which disks touch, for bending toward negative and positive offsets, rad."""
     contact_stiffness: np.ndarray = field(init=False)

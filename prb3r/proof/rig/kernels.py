@@ -169,6 +169,22 @@ def rubbing_turn(rig, angle):
 
 
 @njit(cache=True)
+def drag_share(drag, tension, slip):
+    """Change of ln(tension) at a hole per slip by its drag, and the derivative of that by ln(tension).
+
+    A cable that is paid out has tension + drag behind the hole, one that is drawn in tension - drag.  Of a small
+    tension t the drag is drag t / hypot(t, drag / 2); ln goes on straight where more than 0.7 of it would be held.
+    """
+    ratio = drag / np.hypot(tension, drag / 2)
+    by_log = -ratio * (ratio * tension / drag) ** 2
+    if slip > 0:
+        return np.log1p(ratio), by_log / (1 + ratio)
+    if ratio < 0.7:
+        return -np.log1p(-ratio), by_log / (1 - ratio)
+    return (ratio - 0.7) / 0.3 - np.log(0.3), by_log / 0.3
+
+
+@njit(cache=True)
 def pull_cable(rig, j, tension, slips, ends, pulls):
     """Add the pull of cable `j` to the wrench of every plate and to its derivatives, and write its span tensions."""
     slip, sticking = slips
@@ -201,10 +217,9 @@ def pull_cable(rig, j, tension, slips, ends, pulls):
         held = friction * turn
         if rig.hole_drag > 0 and tension > 0:
             arriving = tension * np.exp(log)
-            share = rig.drags[j] * rig.hole_drag / np.hypot(arriving, rig.hole_drag)
-            held += share
-            by_log = -share / (1 + (rig.hole_drag / arriving) ** 2)
-            add_rows(d_log, 0, reach, slip[i, j] * by_log, d_log)
+            dragged, by_log = drag_share(rig.hole_drag, arriving, slip[i, j])
+            held += rig.drags[j] * dragged
+            add_rows(d_log, 0, reach, slip[i, j] * rig.drags[j] * by_log, d_log)
         log += slip[i, j] * held
         if sticking[i, j]:
             add_rows(d_log, i, reach, held / rig.presliding, d_length)
