@@ -13,8 +13,9 @@ may fall or grow with the tension before the hole, as ``mu_0 (T_in / T_0)^-p`` (
 
 A drag `d` in the holes that does not grow with the tension changes it by a further factor: where the cable is paid out
 ``(1 + x)^slip``, and where it is drawn in ``(1 - x)^-slip`` with ``x = d / (T_in^2 + d^2 / 4)^(1/2)``.  So at full slip
-the tension grows or falls by d.  Where a hole would hold more than the share `HELD`, the logarithm falls on in a straight
-line: a slack cable that is drawn in keeps 0.4 % of its tension, and one that is paid out has three times as much.
+the tension grows or falls by d.  Where a hole would hold more than the share `HELD`, the logarithm falls on in a
+straight line: a slack cable that is drawn in keeps 0.4 % of its tension, and one that is paid out has three times as
+much.
 
 The slip is declared, or it follows from the cable's own travel: when the cable length beyond a hole shortens by the
 presliding length, the hole has gone from rest to full slip toward the base.
