@@ -13,7 +13,7 @@ may fall or grow with the tension before the hole, as ``mu_0 (T_in / T_0)^-p`` (
 
 A drag `d` in the holes that does not grow with the tension changes it by a further factor: where the cable is paid out
 ``(1 + x)^slip``, and where it is drawn in ``(1 - x)^-slip`` with ``x = d / (T_in^2 + d^2 / 4)^(1/2)``.  So at full slip
-the tension grows or falls by d.  Where a hole would hold more than the share `HELD`, the logarithm falls on in a
+the tension grows or falls by d.  Where a hole would hold more than the share `MOST_HELD`, the logarithm falls on in a
 straight line: a slack cable that is drawn in keeps 0.4 % of its tension, and one that is paid out has three times as
 much.
 
@@ -32,7 +32,7 @@ LEAN = 0.005
 by the clearance times tanh(bend / LEAN)."""
 
 
-HELD = 0.7
+MOST_HELD = 0.7
 """Share of a tension that a hole holds back, up to which its drag is a plain force."""
 
 
@@ -89,8 +89,8 @@ def drag_of_hole(model, tension, slip):
     grows = -share * tension * tension / square
     if slip > 0.0:
         return log(1.0 + share), grows / (1.0 + share)
-    left = 1.0 - min(share, HELD)
-    return max(share - HELD, 0.0) / left - log(left), grows / left
+    left = 1.0 - min(share, MOST_HELD)
+    return max(share - MOST_HELD, 0.0) / left - log(left), grows / left
 
 
 @drag_of_hole.where_in_lanes

@@ -108,7 +108,7 @@ PLANTED = {
     "cable 2 ends at segment 1, not where the file says": lambda r: other_cables(r, cable_2={"ends_at_segment": 2}),
     "weights noted as newtons are kilograms": in_kilograms,
     "weights of sequence down noted as newtons are kilograms": lambda r: in_kilograms(r, "down"),
-    "weights of sequence up noted as newtons are grams": lambda r: in_kilograms(r, "up", 1e-3),
+    "weights of sequence out noted as newtons are grams": lambda r: in_kilograms(r, "out", 1e-3),
     "slip is declared with the wrong sign": lambda r: other_steps(
         r, **{f"slip_{name}": -r.steps[f"slip_{name}"] for name in "1234"}
     ),

@@ -29,7 +29,7 @@ def unit_blunders(recording: Recording) -> Iterator[Remedy]:
         if columns:
             every = len(columns) == len(pulled)
             yield _scaled("unit", f"weights noted as {noted} are {other}", columns, factor)
-            if len(columns) > 1 or not every:
+            if other != "grams" and (len(columns) > 1 or not every):  # a cable in grams would look as if it was dead
                 for name in columns:
                     yield _scaled("unit of a cable", f"weights of {name} are {other}", [name], factor)
             for number, sequence in enumerate(recording.sequences if len(recording.sequences) > 1 else ()):
