@@ -146,6 +146,18 @@ def test_a_second_effect_of_a_kind_is_as_probable_as_two_of_the_kind_and_one_at_
     assert not both.likely
 
 
+def test_of_what_a_rig_has_but_once_another_form_is_not_said_to_be_there_too():
+    searched = to_search(Task(recorded()), lambda stage: None, serially)
+    choice, library = searched.choice, searched.tested.doubted.search.library
+    model, friction = choice.fitted.model, choice.fitted.model.friction(choice.fitted.p)
+    forms = [next(o for o in library if o.name == f"hysteretic_plate{form}") for form in ("", " (elements 2)")]
+    fits = [fit(model.adding(form), np.concatenate([choice.fitted.p, form.starts(friction)[0]])) for form in forms]
+    named, other = (
+        replace(choice.survivors[0], probability=p, fitted=each) for p, each in zip((0.2, 0.8), fits, strict=True)
+    )
+    assert not replace(choice, fitted=named.fitted, survivors=(other, named)).likely
+
+
 def test_what_all_models_that_are_left_have_is_named_though_one_does_nearly_as_well_without():
     """Four models with ln evidence 0, -0.2, -0.4 and -2.9: what all but the last have is there with a probability of
     0.98; the smallest model within reach lacks it."""

@@ -80,6 +80,6 @@ def test_two_pulleys_in_line_take_what_both_take():
 def test_what_a_segment_makes_with_others_is_beside_the_refitted_modulus_not_the_nominal_one():
     told = Occurrence({"segment": 2}, {"factor": Estimate(0.9)}, total=0.72)
     assert SUSPECTS["segment_stiffness"].sentence(told) == (
-        "The plates of segment 2 are 0.9 times as stiff as those of the others suggest, "
+        "The plates of segment 2 are 0.9 times as stiff as their sections and the fitted modulus give, "
         "which makes 0.72 with all else that acts there."
     )

@@ -193,6 +193,9 @@ def test_the_page_says_the_verdict_and_what_calibration_had_hidden():
     assert text == "weakened plate (plate 4): these recordings cannot tell it from segment stiffness (segment 2)"
     assert float(size) == pytest.approx(3 / (2 + 1 / WEAK["factor"]), abs=0.06)  # the same compliance of three plates
     assert other["verdict"].startswith("Explained, but not in one way alone: one effect (certain) accounts for")
+    sure = tuple(replace(effect, rivals=()) for effect in disputed().effects)  # as where a number ends at its bound
+    alone = replace(disputed(), effects=sure, alternatives=())
+    assert content(alone)["verdict"].startswith("Explained, but with a doubt that the notes tell: one effect (certain)")
 
 
 def test_effects_that_meet_the_noise_in_vain_are_doubtful_and_not_poor(tmp_path):

@@ -1,6 +1,7 @@
 """Laws outside the library: one that effects imitate within the noise comes out `unexplained`; which kinds hold one."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import pytest
 
@@ -42,7 +43,9 @@ def test_a_law_that_effects_imitate_within_the_noise_is_unexplained(leaking):
 
 def test_what_is_left_anyway_is_judged_by_its_size(leaking):
     """As on a rig that is read far more exactly than it is modelled, whose accuracy is stated."""
-    assert why_doubtful(replace(leaking.choice, smooth_moments=0.0), None) == ""
+    search = SimpleNamespace(log_odds=dict.fromkeys(leaking.choice.survivors[0].effects, -4.0))
+    assert why_doubtful(leaking.choice, search).startswith(leaking.why.partition(" at odds")[0])
+    assert why_doubtful(replace(leaking.choice, smooth_moments=0.0), search) == ""
 
 
 HELD = [name for name, law in LAWS.items() if law.held_by]

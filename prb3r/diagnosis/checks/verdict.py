@@ -114,14 +114,14 @@ def why_doubtful(choice: Choice, search: Search) -> str:
     """Why the effects of a choice that passes every check are doubtful nevertheless; empty if they are not.
 
     They are doubtful if a law outside the library is likelier than they are, by odds above `Settings.likelihood_ratio`.
-    Where what is left is structured, but within the stated accuracy, such a law has to take the place of some of them,
-    as it would explain what is left in any case.  This is not examined if other recordings support the effects.
+    Where what is left is structured, but within the stated accuracy, that counts of plates that creep alone: any smooth
+    field would explain what is left in any case.  This is not examined if other recordings support the effects.
     """
     best, settings = choice.survivors[0].fitted, choice.fitted.model.settings
     if not choice.kinds or best.model.belief is not None:
         return ""
     law = unknown_law(best, search.log_odds)
-    if law.log_odds <= np.log(settings.likelihood_ratio) or (choice.structured and not law.instead_of):
+    if law.log_odds <= np.log(settings.likelihood_ratio) or (choice.structured and law.field != CREEPING):
         return ""
     odds = f"{np.exp(law.log_odds):.0f}" if law.log_odds < np.log(MOST_ODDS) else f"more than {MOST_ODDS}"
     names = [hypothesis.name for hypothesis in law.instead_of]

@@ -166,7 +166,7 @@ PLATE_SUSPECTS = (
         "segment_stiffness",
         sentence=lambda fitted: (
             f"The plates of segment {fitted.place['segment']} are {fitted.size} times as stiff "
-            f"as those of the others suggest{fitted.with_others()}."
+            f"as their sections and the fitted modulus give{fitted.with_others()}."
         ),
         transfer=OF_A_PART,
         places=lambda scope: ({"segment": number} for number, _ in scope.segments),

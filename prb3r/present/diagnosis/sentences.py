@@ -36,7 +36,9 @@ def verdict_sentences(diagnosis: Diagnosis) -> str:
     if diagnosis.verdict == "explained":
         return f"Explained: {effects}, absent from the nominal model, {account} for the mismatch."
     if diagnosis.verdict == "ambiguous":
-        return f"Explained, but not in one way alone: {effects} {account} for the mismatch."
+        rivalled = diagnosis.alternatives or any(effect.rivals or not effect.certain for effect in diagnosis.effects)
+        how = "but not in one way alone" if rivalled else "but with a doubt that the notes tell"
+        return f"Explained, {how}: {effects} {account} for the mismatch."
     text = f"Unexplained: {diagnosis.why}."
     if not count:
         return text
