@@ -92,7 +92,7 @@ def predict_design(
         raise SpecError(Problem("draws", f"a 95 % band needs at least {1 / TAIL:.0f}, not {draws}"))
     (known, verdict), given = read_posterior(diagnosis), manipulator_of(manipulator)
     if known.is_unmended(given):
-        raise SpecError(Problem(manipulator if isinstance(manipulator, str) else given.name, UNMENDED))
+        raise SpecError(Problem(str(manipulator) if isinstance(manipulator, str | Path) else given.name, UNMENDED))
     columns = read_table(steps) if isinstance(steps, str | Path) else steps
     design = LearntDesign(known, given, timed=columns is None or TIME in columns)
     posterior = design.posterior
