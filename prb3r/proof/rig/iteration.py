@@ -13,7 +13,8 @@ import numpy as np
 from numba import njit
 
 from prb3r.proof.rig.arrays import Bent, Slips
-from prb3r.proof.rig.kernels import imbalance, lengths_beyond
+from prb3r.proof.rig.imbalance import imbalance
+from prb3r.proof.rig.pull import lengths_beyond
 
 RESIDUAL, ROUNDED = 1e-11, 1e-8
 """A balance has converged where its gap (bends in rad, positions in plate lengths) is below the first number; or, as

@@ -17,7 +17,7 @@ from prb3r.proof.rig.balance import (
     rig_at,
 )
 from prb3r.proof.rig.build import BuiltRig
-from prb3r.proof.rig.kernels import poses
+from prb3r.proof.rig.imbalance import poses
 
 LONGEST_SUBSTEP, MOST_SUBSTEPS = 1 / 32, 1500
 """Longest sub-step where friction follows the load path, in parts of a load step, and most sub-steps of one: a path

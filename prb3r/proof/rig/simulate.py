@@ -15,7 +15,7 @@ from prb3r.errors import Problem, SpecError, did_you_mean
 from prb3r.proof.rig.arrays import plates_remember
 from prb3r.proof.rig.balance import AppliedLoads, LoadRamp, rest
 from prb3r.proof.rig.build import BuiltRig, build_rig
-from prb3r.proof.rig.kernels import poses
+from prb3r.proof.rig.imbalance import poses
 from prb3r.proof.rig.path import RigPath
 
 ELEMENTS, ELEMENTS_WITH_MEMORY = 12, 24
