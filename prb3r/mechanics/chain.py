@@ -86,6 +86,10 @@ class Chain(NamedTuple):
     """(m,) growth of the true tension over the recorded one with every elapsed step, N."""
     softening: float = 0.0
     """Share of the plates' initial stiffness that is lost with every elapsed step."""
+    relaxation: float = 0.0
+    """Share of the plates' moments that relaxes in the long run; see `relaxation.py`."""
+    relaxation_time: float = 1.0
+    """Time constant of the relaxation, in elapsed steps."""
     friction_exponent: float = 0.0
     """Exponent p of friction that depends on the tension T before a hole: coefficients times (T / T_0)^-p."""
     friction_tension: float = 1.0
@@ -115,8 +119,9 @@ class Chain(NamedTuple):
 
     @property
     def remembers(self) -> bool:
-        """Whether a state depends on those before it, by slip at the holes or by hysteresis of the plates."""
-        return self.presliding > 0 or self.hysteresis.slipping > 0
+        """Whether a state depends on those before it, by slip at the holes, or by hysteresis or relaxation of the
+        plates."""
+        return self.presliding > 0 or self.hysteresis.slipping > 0 or self.relaxation != 0
 
     @property
     def follows_path(self) -> bool:

@@ -32,8 +32,8 @@ def lowest_under_load(packed: Packed, modes: np.ndarray | None, loads: Loads, q:
 
     Parameters
     ----------
-    packed : where friction follows the cables' travel, with slip and cable lengths of the state; where plates have
-        hysteresis, with its sliders, of which those that slip are taken to slip on.
+    packed : with the remaining stiffness of the state; where friction follows the cables' travel, with its slip and
+        cable lengths; where plates have hysteresis, with its sliders, of which those that slip are taken to slip on.
     modes : (n, nodes, c) modes that tie node angles together; None: the angles are free.
     loads : one step without its leading dimension.
     q : (n, nodes) node angles, rad.
@@ -41,7 +41,6 @@ def lowest_under_load(packed: Packed, modes: np.ndarray | None, loads: Loads, q:
     packed.plate["q"][:-1] = q
     springs = packed.plate["q"] - packed.plate["rest"]
     packed.plate["slider"] -= SLIPS_ON * (springs[..., None] - packed.plate["slider"])
-    packed.model["stiff"] = 1 - packed.model["softening"] * loads.elapsed
     if modes is None and q.size > WRITTEN_OUT:
         return _lowest_by_products(packed, loads, q)
     modes = unit_modes(q.shape) if modes is None else modes

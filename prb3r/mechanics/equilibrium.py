@@ -212,7 +212,6 @@ class _Problem:
 def _problem(chain: Chain, loads: Loads, anew: np.ndarray) -> _Problem:
     """The problem of a chain under `loads`, of which the steps `anew` (s,) are ramped from rest."""
     packed, rows = pack(chain), acting(chain, loads, anew)
-    packed.model["extra"] = rows.moment.any()
     return _Problem(chain, packed, segment_modes(chain) if chain.tied else None, rows, dead_loads(chain, rows), anew)
 
 
@@ -231,6 +230,7 @@ def _empty_path(chain: Chain, steps: int, kept: int, eigenvalue: bool) -> Path:
         slip=np.full((kept if history else 0, plates, cables), np.nan),
         beyond=np.full((kept if history else 0, plates, cables), np.nan),
         slider=np.full((kept, plates, n, chain.hysteresis.slipping), np.nan),
+        stiff=np.ones(steps if eigenvalue else 0),
         lowest=np.full(steps if eigenvalue else 0, np.nan),
         block=np.full((0 if not eigenvalue or has_closed_form(chain) else steps, plates, n, n), np.nan),
     )
@@ -252,11 +252,16 @@ def _follow_steps(problem: _Problem, path: Path, space: PathSpace, done: np.ndar
     """Solve the steps that are not `done` one after the other, and write them to `path`."""
     chain, packed, modes = problem.chain, problem.packed, problem.modes
     load_path, history = rows_of_loads(problem.rows), chain.presliding > 0
-    onset = Way(np.stack([np.zeros_like(load_path[0]), load_path[0]]), np.array([0, 1]))
-    program = Program(onset, Way(load_path, np.zeros(2, np.int64)), problem.dead, problem.anew, done)
+    onset = Way(np.stack([np.zeros_like(load_path[0]), load_path[0]]), np.array([0, 1]), np.zeros(1))
+    program = Program(onset, _way(problem), problem.dead, problem.anew, done)
     memory = history_space(chain, packed, space) if history else None
     columns = modes.shape[2] if modes is not None else 2 + chain.offset.shape[1] if history else 2
     follow(packed, program, modes, space, memory, scratch(packed, columns), path)
+
+
+def _way(problem: _Problem) -> Way:
+    """The way through the loads of a problem, whose ends are still to be set."""
+    return Way(rows_of_loads(problem.rows), np.zeros(2, np.int64), np.zeros(1))
 
 
 def _outcomes(status: np.ndarray, anew: np.ndarray) -> np.ndarray:
@@ -277,8 +282,8 @@ def _surely_stable(problem: _Problem, path: Path, failed: np.ndarray) -> np.ndar
     if len(path.block) or chain.tied or chain.remembers or not definite.any() or path.q[0].size > WRITTEN_OUT:
         return np.zeros(len(failed), bool)
     modes, begin = unit_modes(path.q.shape[1:]), np.where(problem.anew, 0, last_solved(failed))
-    way, now = Way(rows_of_loads(problem.rows), np.zeros(2, np.int64)), load_row(problem.rows)
-    mark_definite(packed, way, begin, now, modes, path.q, definite, scratch(packed, modes.shape[2]))
+    now, work = load_row(problem.rows), scratch(packed, modes.shape[2])
+    mark_definite(packed, _way(problem), begin, now, modes, path.q, definite, work)
     return definite
 
 
@@ -297,6 +302,7 @@ def _find_lowest(problem: _Problem, path: Path, failed: np.ndarray) -> None:
                 packed.span[name] = values[s]
             packed.span["sticks"] = np.abs(path.slip[s]) < 1
         packed.plate["slider"][:-1, :, : problem.chain.hysteresis.slipping] = path.slider[s]
+        packed.model["stiff"] = path.stiff[s]
         share = path.reached[s] if failed[s] else 1.0
         step = Loads(*((1 - share) * field[starts[s]] + share * field[s + 1] for field in rows))
         slip = step.slip if starts[s] else rows.slip[s + 1]
@@ -306,6 +312,6 @@ def _find_lowest(problem: _Problem, path: Path, failed: np.ndarray) -> None:
 
 def _lowest_at_rest(problem: _Problem) -> float:
     """Lowest eigenvalue of the chain without loads, N m/rad."""
-    problem.packed.span["sticks"], problem.packed.plate["slider"] = False, 0.0
+    problem.packed.span["sticks"], problem.packed.plate["slider"], problem.packed.model["stiff"] = False, 0.0, 1.0
     unloaded = Loads(*(field[0] for field in no_loads(problem.chain)))
     return lowest_under_load(problem.packed, problem.modes, unloaded, problem.chain.rest)

@@ -17,6 +17,7 @@ from prb3r.mechanics.march import FAILED
 from prb3r.mechanics.path_output import write_end, write_step, write_tied
 from prb3r.mechanics.ramp import ramp
 from prb3r.mechanics.records import Packed
+from prb3r.mechanics.relaxation import forget_relaxation, relax
 from prb3r.mechanics.same_way import times_as_far
 from prb3r.mechanics.stability import write_lowest
 from prb3r.mechanics.state import Rates, State, rates, restore, save, state
@@ -145,6 +146,7 @@ def come_to_rest(packed, onset, dead, modes, space, work):
             packed.plate[i].q[k] = packed.plate[i].rest[k]
             for e in range(packed.model[0].elements):
                 packed.plate[i].slider[k, e] = 0.0
+    forget_relaxation(packed)
     save(packed, work, kept)
     save(packed, work, space.good)
     taken = ramp(packed, onset, dead, modes, space, work)
@@ -182,8 +184,11 @@ def follow(packed, program, modes, space, history, work, path):
     last: Any = np.int64(0)  # a literal 0 is a type of its own, for which everything would be compiled once more
     restore(packed, work, space.rest)
     save(packed, work, good)
-    if history is not None or packed.model[0].elements > 0:
+    relaxes = packed.model[0].relaxation != 0.0
+    if history is not None or packed.model[0].elements > 0 or relaxes:
         keep_state(space.accepted, last, 1.0, space.rest)
+    elapsed = len(rows[0]) - 1  # column of the elapsed steps
+    since = rows[1, elapsed] - 1.0  # their number at the last solved step; the first one takes as long as a mean step
     lost_from: Any = np.int64(-1)  # row from which the step before started if it failed; -1: it did not fail
     for s in range(1, len(rows)):
         if program.done[s - 1]:
@@ -192,14 +197,16 @@ def follow(packed, program, modes, space, history, work, path):
         if from_rest[s - 1]:
             last = np.int64(0)
             work.spent[0], space.allowed[0] = 0, space.allowance[0]
+            since = rows[s, elapsed] - 1.0
+            forget_relaxation(packed)
         space.allowed[0] += space.allowance[1]
         before = work.spent[0]
-        as_before = history is None and lost_from == last and packed.model[0].softening == 0.0
+        as_before = history is None and lost_from == last and packed.model[0].softening == 0.0 and not relaxes
         farther = times_as_far(rows, len(packed.cable), last, s) if as_before else 0.0
         end = path.reached[s - 2]  # part of the step before that was reached, if it failed
         known = farther > end + space.smallest[0] * max(end, 1.0 / 64) > 0.0
         loaded, taken = dead[s] or dead[last], GAVE_UP if rest == GAVE_UP else FAILED
-        way.ends[0], way.ends[1] = last, s
+        way.ends[0], way.ends[1], way.takes[0] = last, s, rows[s, elapsed] - since
         if known:
             taken = path.status[s - 2, 0]
             space.reached[0] = end / farther
@@ -221,13 +228,16 @@ def follow(packed, program, modes, space, history, work, path):
         lost_from = last if possible and taken < 0 else np.int64(-1)
         if taken < 0:
             if possible and eigenvalue:
-                write_end(s - 1, kept, path)
+                write_end(packed, s - 1, kept, path)
                 if modes is None and not loaded and history is None:
                     restore(packed, work, kept)
                     attempt(packed, way, space.reached[0], loaded, modes, space.now, work)
                     write_lowest(packed, s - 1, path)
             continue  # the next step goes on from the last good one
         last = s
+        since = rows[s, elapsed]
+        if relaxes:
+            relax(packed)
         save(packed, work, good)
         write_step(packed, s - 1, path)
         if modes is not None:

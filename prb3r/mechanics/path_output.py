@@ -32,6 +32,8 @@ class Path(NamedTuple):
     """(s, n, m) cable length beyond the hole before each plate, m."""
     slider: np.ndarray
     """(s, n, nodes, elements) node angles, beyond the stress-free ones, at which the sliders stand, rad."""
+    stiff: np.ndarray
+    """(s,) remaining stiffness of the plates over the initial one, also of steps that failed; for the eigenvalue."""
     lowest: np.ndarray
     """(s,) lowest eigenvalue of the tangent, N m/rad."""
     block: np.ndarray
@@ -63,16 +65,19 @@ def write_step(packed, s, path):
                 if len(path.slip) > 0:
                     path.slip[s, i, j], path.beyond[s, i, j] = packed.span[i, j].slip, packed.span[i, j].beyond
     path.residual[s] = largest
+    if len(path.stiff) > 0:
+        path.stiff[s] = packed.model[0].stiff
     if detail:
         plate_moments(packed, path.moment[s])
 
 
 @kernel
-def write_end(s, kept, path):
+def write_end(packed, s, kept, path):
     """Write the last accepted state `kept` on the way to a step that failed to row `s` of the path, for its eigenvalue.
 
     It is not an equilibrium of that step.
     """
+    path.stiff[s] = packed.model[0].stiff
     if len(path.q) > 0:
         for i in range(path.q.shape[1]):
             for k in range(path.q.shape[2]):

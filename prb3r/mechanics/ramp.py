@@ -74,7 +74,7 @@ def ramp(packed, way, loaded, modes, space, work):
         if slides:
             slide(packed)
         save(packed, work, kept)
-        if slides:
+        if slides or packed.model[0].relaxation != 0.0:
             keep_state(space.accepted, way.ends[1], done, kept)
         if done >= beyond:
             beyond = NOWHERE

@@ -62,6 +62,7 @@ def plate_fields(n: int, links: int, by: int) -> list[tuple]:
         ("frame", float, (5,)),  # proximal disk's distal face in the world: position, angle, its cosine and sine
         ("yields", float, (n,)),  # hysteresis: mean node angle at which the Jenkin elements begin to slip
         ("slider", float, (n, MOST_ELEMENTS)),  # node angle beyond the rest one where each slider stands, last accepted
+        ("relaxed", float),  # moment that has relaxed, at the last solved step
     ]
 
 
@@ -112,11 +113,13 @@ def model_fields(n: int, links: int) -> list[tuple]:
         ("sharpness", float),
         ("tabled", bool),
         ("table", float, (2, LAW_ROWS, 2)),
-        ("extra", bool),  # whether any plate ever has an extra moment
         ("share", float),  # share of the stiffness that Jenkin elements carry; 1 for flag-shaped loops
         ("reverse", float),  # stress of reverse yielding over that of yielding
         ("elements", np.int64),  # Jenkin elements per node; 0 without hysteresis, or where the shape is held
         ("softening", float),
+        ("relaxation", float),
+        ("relaxation_time", float),
+        ("follows", float),  # part by which relaxation has followed since the last solved step, in the present state
         ("stiff", float),  # remaining stiffness of the plates over the initial one, in the present state
         ("friction_exponent", float),
         ("friction_tension", float),
@@ -188,7 +191,7 @@ def _copies(records: np.ndarray, count: int) -> np.ndarray:
 
 
 OF_MODEL = (
-    *("disk", "softening", "umbilical", "presliding", "edges", "clearance"),
+    *("disk", "softening", "relaxation", "relaxation_time", "umbilical", "presliding", "edges", "clearance"),
     *("friction_exponent", "friction_tension", "wrap_saturation", "hole_drag"),
 )
 """Fields of a chain that stand under the same name in the record of the model."""

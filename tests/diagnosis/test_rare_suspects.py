@@ -53,6 +53,7 @@ OTHERS = [
     (case(0.6, kind="hole_drag", drag_n=0.5), {}),
     (case(kind="precurvature_gradient", change_per_m=1.0), {}),
     (case(kind="plate_softening", share_per_step=0.008), {}),
+    (case(kind="plate_relaxation", share=0.2, steps=4.0), {}),
     (case(0.6, kind="friction_drift", share_per_step=0.03), {}),
     (case(0.6, kind="friction_drift", share_per_step=-0.02), {}),
     (case(kind="load_cell", quadratic_per_n=0.002), {}),
@@ -73,9 +74,10 @@ def test_what_few_rigs_have_is_named_with_its_place_and_size(hidden, place):
     (effect,) = found.effects
     assert (effect.kind, not effect.rivals) == (true["kind"], True)
     assert place.items() <= dict(effect.place).items()
-    ((name, size),) = effect.parameters.items()
-    assert size.low < true[name] < size.high
-    assert size.high - size.low < WIDTH.get(effect.kind, 0.4) * abs(true[name])
+    assert effect.parameters
+    for name, size in effect.parameters.items():
+        assert size.low < true[name] < size.high
+        assert size.high - size.low < WIDTH.get(effect.kind, 0.4) * abs(true[name])
 
 
 @pytest.mark.long

@@ -15,8 +15,9 @@ def test_what_differs_in_kind_from_a_chain_without_it_is_said(library):
     """Hinges at the clamps or in the base are nodes more, a dead cable is another routing; the others are rules of
     friction, or plates that remember."""
     structural = {hypothesis.kind for hypothesis, _ in library if hypothesis.structural}
-    hinges = {"clamp_compliance", "base_compliance"}
-    assert structural == hinges | {"dead_cable", "slip_history", "edge_wrap", "hysteretic_plate", "flag_hysteresis"}
+    hinges, remembering = {"clamp_compliance", "base_compliance"}, {"hysteretic_plate", "flag_hysteresis"}
+    remembering |= {"plate_relaxation"}
+    assert structural == hinges | {"dead_cable", "slip_history", "edge_wrap", *remembering}
     assert {kind for kind, suspect in SUSPECTS.items() if suspect.costly} == {"slip_history"}
     assert {h.kind for h, _ in library if not h.mechanical} == {
         "camera_scale",
@@ -115,6 +116,13 @@ def test_one_direction_makes_sense_where_the_other_does_not_exist(library):
             {},
             {"play_n": (1.2, 1.0, 1.4)},
             "The tension of all cables lags by 1.2 (1 to 1.4) N behind what is recorded, either way",
+        ),
+        (
+            "plate_relaxation",
+            {},
+            {"share": (0.2, 0.18, 0.22), "steps": (4.0, 3.0, 5.0)},
+            "a share of 0.2 (0.18 to 0.22) of the moment that bends them relaxes with a time constant of 4 (3 to 5) "
+            "steps, so that under a steady pull they bend by 25 % more in the end",
         ),
         ("plate_softening", {}, {"share_per_step": (0.004, 0.003, 0.005)}, "lose 0.4 (0.3 to 0.5) % of"),
         (

@@ -40,7 +40,7 @@ def test_friction_carries_over_and_what_sits_somewhere_does_not(library):
         "hole_drag",
     }
     parts = {"clamp_compliance", "disk_contact", "hole_clearance", "cable_bending", "umbilical"}
-    laws = {"nonlinear_plate", "hysteretic_plate", "superelastic_plate", "flag_hysteresis"}
+    laws = {"nonlinear_plate", "hysteretic_plate", "superelastic_plate", "flag_hysteresis", "plate_relaxation"}
     assert carried == rules | parts | laws | {"notch_closing"}
 
 

@@ -18,8 +18,7 @@ from prb3r.diagnosis.fit.prediction import predictor
 from prb3r.diagnosis.library import hypotheses
 from prb3r.diagnosis.library.scope import Scope
 from prb3r.diagnosis.search.columns import linear_model
-from prb3r.diagnosis.search.unknown_law import CREEPING, OF_TENSIONS, STAYING, law_fields, unknown_law
-from prb3r.mechanics.equilibrium import solve_chain
+from prb3r.diagnosis.search.unknown_law import OF_TENSIONS, STAYING, law_fields, unknown_law
 from prb3r.model.steps import with_tensions
 
 OFFSETS = tuple(f"tension_offset (cables {cable})" for cable in (1, 2, 3, 4))
@@ -84,7 +83,7 @@ def test_odds_are_those_of_gaussian_models(constants):
     scatter = [size**2 * field @ field.T for field in fields for size in settings.moment_sizes]
     with_law = logsumexp([summed(np.eye(count) + part) for part in scatter]) - np.log(len(scatter))
     expected = with_law + logit(settings.rare_presence) - summed(np.eye(count))
-    assert len(fields) == 6
+    assert len(fields) == 5
     assert unknown_law(fitted, odds).log_odds == pytest.approx(expected, abs=1e-6)
 
 
@@ -129,32 +128,6 @@ def test_a_set_of_one_plate_takes_the_place_of_drifts_and_offsets(constants, see
     )
     assert law.log_odds > STRONG
     assert law.field == STAYING
-
-
-def crept(constants, ratio, time):
-    """Loads with the moments that plates no longer bear where they creep: each a spring in series with a Kelvin element
-    of `ratio` times its compliance and a retardation time of so many steps, which takes up its moment at every step."""
-    loads, chain = constants.model.predict.recording.loads, constants.solved.chain
-    begins, stiffness = constants.recording.begins, 1 / (1 / chain.stiffness).sum(1)
-    moment = np.zeros_like(loads.moment)
-    for _ in range(40):
-        found = solve_chain(chain, loads._replace(moment=moment), from_rest=begins)
-        elastic = np.diff(found.angle, axis=1) - moment / stiffness
-        strain, before = np.zeros_like(elastic), np.zeros(chain.plates)
-        for s, first in enumerate(begins):
-            before = np.where(first, 0.0, before)
-            before = strain[s] = before + (1 - np.exp(-1 / time)) * (ratio * elastic[s] - before)
-        moment = stiffness * strain
-    return loads._replace(moment=moment)
-
-
-@pytest.mark.parametrize("seed", range(3))
-def test_plates_that_creep_take_the_place_of_loops_drifts_and_offsets(constants, seed):
-    """What stands in for creep: each rise of a plate's bend at rest, by which it gives way with every step."""
-    names = ("hysteretic_plate", "plate_softening", "tension_drift", *OFFSETS)
-    law = law_of(with_effects(constants, names, read(constants, crept(constants, 0.2, 3.0), seed)))
-    assert law.log_odds > STRONG
-    assert law.field == CREEPING
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -29,6 +29,8 @@ from prb3r.model.effects import EFFECT_KINDS
         {"kind": "stiffness_gradient", "tip_to_base": 1.0},
         {"kind": "base_compliance", "compliance_rad_per_n_m": 0.0},
         {"kind": "plate_softening", "share_per_step": 0.0},
+        {"kind": "plate_relaxation", "share": 0.0, "steps": 3.0},
+        {"kind": "plate_relaxation", "share": 0.5, "steps": 1e12},
         {"kind": "umbilical", "stiffness_n_m_per_rad": 0.0},
         {"kind": "hole_offset", "cable": "up", "offset_m": 0.0},
         {"kind": "hole_clearance", "clearance_m": 0.0},

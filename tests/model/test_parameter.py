@@ -31,6 +31,7 @@ EFFECTS = [
     {"kind": "tension_drift", "offset_n_per_step": 0.5},
     {"kind": "tension_play", "play_n": 1.5},
     {"kind": "plate_softening", "share_per_step": 0.01},
+    {"kind": "plate_relaxation", "share": 0.3, "steps": 4.0},
     {"kind": "base_compliance", "compliance_rad_per_n_m": 0.01},
     {"kind": "umbilical", "stiffness_n_m_per_rad": 0.0},
     {"kind": "load_cell", "gain": 1.0, "quadratic_per_n": 0.0},

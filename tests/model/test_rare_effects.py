@@ -68,6 +68,22 @@ def test_plates_soften_from_step_to_step_of_the_table():
         assert softer[step] == pytest.approx(plain[step], abs=1e-9)
 
 
+def test_plates_creep_from_step_to_step_and_come_back():
+    """In the end a steady pull bends 1 / (1 - share) times as far; let go, the arm keeps what has crept, and loses
+    it."""
+    steps = {"sequence": ["a"] * 4, "step": [1, 2, 3, 4], "time_s": [0.0, 300, 301, 601], "cable_up_n": [2.0, 2, 0, 0]}
+    creeps, plain = (
+        solve_steps(manipulator(*effects), pd.DataFrame(steps))[["step", "disk", "angle_rad"]].set_index(
+            ["step", "disk"]
+        )
+        for effects in ([{"kind": "plate_relaxation", "share": 0.2, "steps": 0.1}], [])
+    )
+    tip = [float(table.loc[(step, 4), "angle_rad"]) for step in (1, 2, 3, 4) for table in (creeps, plain)]
+    assert tip[2] / tip[3] == pytest.approx(1.25, rel=2e-3)  # large turns of disks aside
+    assert 0.01 * tip[2] < tip[4] < 0.25 * tip[2]
+    assert tip[6] == pytest.approx(0, abs=1e-3 * tip[2])
+
+
 def test_friction_that_falls_with_the_load_integrates_to_a_power_of_the_tension():
     """Howell (J. Text. Inst. 44 (1953) T359): dT / d(angle) = -mu T (T / T0)^-p has T^p = T_0^p - p mu T0^p angle.
 

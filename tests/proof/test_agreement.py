@@ -120,6 +120,7 @@ def later_effects(rng):
         {"kind": "self_weight", "x_n": u(-3, 3), "y_n": u(-3, 3)},
         {"kind": "payload_scale", "scale": u(1, 2)},
         {"kind": "hole_drag", "drag_n": u(0, 1)},
+        {"kind": "plate_relaxation", "share": u(0, 0.6), "steps": u(0.5, 8)},
     ]
 
 
@@ -168,7 +169,8 @@ def test_engine_and_rig_agree_on_drifts_that_go_with_the_time():
     for _ in range(6):
         data = random_manipulator(rng, 0, False)
         drift = {"kind": "tension_drift", "offset_n_per_step": rng.uniform(0.5, 2)}
-        data["effect"] = [drift, {"kind": "plate_softening", "share_per_step": rng.uniform(-0.05, 0.05)}]
+        soft = {"kind": "plate_softening", "share_per_step": rng.uniform(-0.05, 0.05)}
+        data["effect"] = [drift, soft, {"kind": "plate_relaxation", "share": 0.3, "steps": rng.uniform(0.5, 3)}]
         steps = random_steps(rng, data, False, count=6)
         times = np.cumsum(10 ** rng.uniform(0, 4, len(steps)))
         timed = [step | {"time_s": time} for step, time in zip(steps, times, strict=True)]

@@ -34,6 +34,7 @@ NOTHING = [
     effect("base_tilt", angle_rad=0.0),
     effect("base_compliance", compliance_rad_per_n_m=0.0),
     effect("plate_softening", share_per_step=0.0),
+    effect("plate_relaxation", share=0.0, steps=3.0),
     effect("umbilical", stiffness_n_m_per_rad=0.0),
     effect("hole_offset", cable="1", offset_m=0.0),
     effect("hole_clearance", clearance_m=0.0),

@@ -14,7 +14,7 @@ from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.search.empirical_law import Closure, close
 from prb3r.diagnosis.search.search import Search
 from prb3r.diagnosis.search.selection import Choice
-from prb3r.diagnosis.search.unknown_law import CREEPING, OF_TENSIONS, STAYING, unknown_law
+from prb3r.diagnosis.search.unknown_law import OF_TENSIONS, STAYING, unknown_law
 from prb3r.diagnosis.settings import Settings
 from prb3r.markdown import listed
 
@@ -23,7 +23,6 @@ FIELDS_MEANT = {
     "loads and slips": "moments on the plates that go smoothly with loads and slips",
     "steps": "moments on the plates that last from step to step",
     STAYING: "moments that come to single plates and stay",
-    CREEPING: "plates that creep, a part of whose bend follows the loads with a delay",
     OF_TENSIONS: "tensions that go smoothly with the noted ones",
 }
 """The fields of :func:`unknown_law` in words."""
@@ -114,14 +113,14 @@ def why_doubtful(choice: Choice, search: Search) -> str:
     """Why the effects of a choice that passes every check are doubtful nevertheless; empty if they are not.
 
     They are doubtful if a law outside the library is likelier than they are, by odds above `Settings.likelihood_ratio`.
-    Where what is left is structured, but within the stated accuracy, that counts of plates that creep alone: any smooth
-    field would explain what is left in any case.  This is not examined if other recordings support the effects.
+    This is not examined if other recordings support the effects, nor where what is left is structured, but within the
+    stated accuracy: any smooth field would explain it.
     """
     best, settings = choice.survivors[0].fitted, choice.fitted.model.settings
-    if not choice.kinds or best.model.belief is not None:
+    if not choice.kinds or choice.structured or best.model.belief is not None:
         return ""
     law = unknown_law(best, search.log_odds)
-    if law.log_odds <= np.log(settings.likelihood_ratio) or (choice.structured and law.field != CREEPING):
+    if law.log_odds <= np.log(settings.likelihood_ratio):
         return ""
     odds = f"{np.exp(law.log_odds):.0f}" if law.log_odds < np.log(MOST_ODDS) else f"more than {MOST_ODDS}"
     names = [hypothesis.name for hypothesis in law.instead_of]

@@ -224,7 +224,8 @@ LOAD_SUSPECTS = (
     Suspect(
         "tip_load_friction",
         sentence=lambda fitted: (
-            f"Of the recorded tip load only {fitted.size.times(100)} % arrives: friction in its guide or pulley."
+            f"Of the recorded tip load only {fitted.size.times(100)} % arrives: friction in its guide or pulley, or "
+            "the force sensors of all cables read too little by about that share, which looks alike."
         ),
         transfer=OF_THE_SETUP,
         places=lambda scope: whole_rig_if(bool(scope.recording.loads.tip.any())),

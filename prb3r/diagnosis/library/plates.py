@@ -141,6 +141,28 @@ def _softening_sentence(fitted: Occurrence) -> str:
     return f"The plates lose {percent} % of their stiffness with every step: they warm up, creep or wear."
 
 
+def _relaxing(scope: Scope, place: Place) -> tuple[Free, ...]:
+    """Free parameters of `plate_relaxation`: a share from a hundredth, which a steady pull would not show, to 0.8, as
+    of a soft plastic; a time constant from half a step, below which all has relaxed before it is read, to 200 steps, of
+    which the recording shows no more than a steady drift."""
+    return Free("share", 0.2, 0.01, 0.8, log=True), Free("steps", 5.0, 0.5, 200.0, log=True)
+
+
+def _relaxation_probes(scope: Scope, place: Place) -> tuple[tuple[float, ...], ...]:
+    """Starting values: a share of 0.2 that relaxes within two, eight and thirty steps.  Choice."""
+    return (0.2, 2.0), (0.2, 8.0), (0.2, 30.0)
+
+
+def _relaxation_sentence(fitted: Occurrence) -> str:
+    share = fitted.estimates["share"]
+    more = 100 * share.value / (1 - share.value)
+    return (
+        f"The plates creep, as plastics do: a share of {share} of the moment that bends them relaxes with a time "
+        f"constant of {fitted.estimates['steps']} steps, so that under a steady pull they bend by {more:.3g} % more in "
+        "the end, and come back slowly: note when each step was read (time_s), and hold every step as long."
+    )
+
+
 def _cable_stiffness(scope: Scope, place: Place) -> tuple[Free, ...]:
     """Free parameter of `cable_bending`, in units of the mean stiffness of a plate's nodes times its arc (4.4 EI on the
     elastica): prior sd 0.3, up to 10, beside which the plates hardly matter."""
@@ -256,6 +278,15 @@ PLATE_SUSPECTS = (
         transfer=OF_THE_SETUP,
         places=lambda scope: whole_rig_if(scope.tells_time),
         free=_share,
+        presence=rare,
+    ),
+    Suspect(
+        "plate_relaxation",
+        sentence=_relaxation_sentence,
+        transfer=as_it_is,
+        free=_relaxing,
+        probes=_relaxation_probes,
+        shared=OF_THE_MATERIAL,
         presence=rare,
     ),
     Suspect(

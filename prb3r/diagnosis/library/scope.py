@@ -199,4 +199,5 @@ def structure(chain: Chain) -> tuple[Any, ...]:
     """What two chains have alike if one differs from the other by a small change of numbers alone: node counts,
     routing, and the rules of friction and of slip."""
     slips = chain.hysteresis.slipping, chain.hysteresis.flagged
-    return chain.stiffness.shape, tuple(chain.reach.tolist()), chain.edges, chain.presliding > 0, slips
+    memory = chain.presliding > 0, chain.relaxation != 0, slips
+    return chain.stiffness.shape, tuple(chain.reach.tolist()), chain.edges, memory

@@ -4,8 +4,7 @@ A law outside the library is described by several effects together, each of whic
 there.  But these effects cost the evidence their improbability and their sizes, where one law would do.  Such a law is
 supposed as a Gaussian process, the discrepancy of Kennedy and O'Hagan (J. R. Statist. Soc. B 63 (2001) 425): moments on
 the plates that change smoothly with the loads, with loads and slips or from step to step (:func:`moment_fields`), or
-that come to single plates and stay, or that follow the bends of plates with a delay; or tensions that are smooth
-functions of the noted ones.  In the linearised model a
+that come to single plates and stay; or tensions that are smooth functions of the noted ones.  In the linearised model a
 field with the covariance :math:`z^2 \Phi \Phi^T` of the whitened readings is one more noise.  With its directions
 :math:`u_i` and the variances :math:`z^2 \lambda_i` along them, the empty set of effects gains
 
@@ -26,7 +25,6 @@ import numpy as np
 from scipy.special import logit, logsumexp
 
 from prb3r.diagnosis.evidence.smooth_moments import (
-    cable_moment,
     gaussian_correlation,
     leading_modes,
     modes_of_field,
@@ -40,9 +38,8 @@ from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.diagnosis.search.columns import linear_model
 from prb3r.diagnosis.search.linear_selection import LinearModel
 
-OF_TENSIONS, STAYING, CREEPING = "tensions", "staying", "creeping"
-"""Names of the fields of tensions, of moments that stay and of plates that creep; the others are named after what their
-moments go with."""
+OF_TENSIONS, STAYING = "tensions", "staying"
+"""Names of the fields of tensions and of moments that stay; the others are named after what their moments go with."""
 
 
 class UnknownLaw(NamedTuple):
@@ -51,8 +48,7 @@ class UnknownLaw(NamedTuple):
     log_odds: float
     """ln of its posterior odds, beside any of the effects that were found, against these effects without it."""
     field: str
-    """What the most probable field goes with: a name of :func:`moment_fields`, `STAYING`, `CREEPING` or
-    `OF_TENSIONS`."""
+    """What the most probable field goes with: a name of :func:`moment_fields`, `STAYING` or `OF_TENSIONS`."""
     instead_of: tuple[Hypothesis, ...]
     """Effects that are not in the most probable set beside that field."""
 
@@ -82,7 +78,7 @@ def unknown_law(fitted: Fit, log_odds: Mapping[Hypothesis, float]) -> UnknownLaw
 
 def law_fields(fitted: Fit) -> Iterator[tuple[str, np.ndarray]]:
     """Name and (r, k) whitened modes of every field that the readings feel, each of unit size."""
-    others = {STAYING: _staying_field, CREEPING: _creeping_field, OF_TENSIONS: _tension_field}
+    others = {STAYING: _staying_field, OF_TENSIONS: _tension_field}
     for name, white in (*moment_fields(fitted).items(), *((name, of(fitted)) for name, of in others.items())):
         if white.any():
             yield name, white
@@ -93,26 +89,6 @@ def _staying_field(fitted: Fit) -> np.ndarray:
     a random walk from step to step, of unit size at the last: as of a plate that takes a set, or of a crack."""
     place = np.arange(1.0, fitted.recording.loads.steps + 1)
     return modes_of_field(fitted, response_to_moments(fitted), np.minimum(place[:, None], place) / len(place))
-
-
-def _creeping_field(fitted: Fit) -> np.ndarray:
-    """(r, k) whitened change of the readings where plates creep, for each of the times `Settings.creep_steps`.
-
-    A part of unit size of each bend follows with an exponential delay, at first order: what has followed bears no
-    moment.  A sequence begins with plates that have not crept, and its first load is held as long as a mean step takes.
-    """
-    recording, solved = fitted.recording, fitted.solved
-    bend = np.nan_to_num(np.diff(solved.states.angle, axis=1)) - solved.chain.rest.sum(1)
-    lost = bend / (1 / solved.chain.stiffness).sum(1) / cable_moment(solved)
-    held = np.where(recording.begins, 1.0, np.diff(recording.loads.elapsed[:, 0], prepend=0.0))
-    moved, moment = [], response_to_moments(fitted)
-    for time in fitted.model.settings.creep_steps:
-        crept, follows = np.zeros_like(lost), -np.expm1(-held / time)
-        for s, begins in enumerate(recording.begins):
-            before = 0.0 if begins else crept[s - 1]
-            crept[s] = before + follows[s] * (lost[s] - before)
-        moved.append((moment * crept[recording.readings.step]).sum(1))
-    return fitted.model.noise.whiten(np.stack(moved, 1))
 
 
 def _tension_field(fitted: Fit) -> np.ndarray:

@@ -19,9 +19,6 @@ class LocationSettings:
     Choice."""
     alike_steps: float = 2.0
     """Steps of a sequence over which missing moments are alike.  Choice."""
-    creep_steps: tuple[float, ...] = (1.0, 3.0, 10.0, 30.0, 100.0)
-    """Times over which plates are supposed to creep, in mean steps.  Choice: half decades, from what follows at once to
-    what goes on through all sequences."""
     field_directions: tuple[int, ...] = (10, 100)
     """How many directions of a field of missing moments stand out of the noise, by its size.  Choice."""
     field_share: float = 0.99

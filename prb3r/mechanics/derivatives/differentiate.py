@@ -13,6 +13,7 @@ from prb3r.mechanics.bundle import bundle
 from prb3r.mechanics.derivatives.feedback import Sweep, sweep
 from prb3r.mechanics.derivatives.loops import Sliders, drag_sliders, recall_sliders
 from prb3r.mechanics.derivatives.partials import HeldState, difference, hand_back, place_chain, put_loads, put_state
+from prb3r.mechanics.derivatives.relaxing import Relaxed, copy_relaxed, feel_relaxed, recall_relaxed, relax_on
 from prb3r.mechanics.derivatives.response import Room, respond, unbalance
 from prb3r.mechanics.elimination import solve_block
 from prb3r.mechanics.kernel import entrance, kernel
@@ -22,8 +23,8 @@ from prb3r.mechanics.variation import Scratch
 
 @bundle
 class Memory(NamedTuple):
-    """Slips and sliders of the last accepted state, which the next one depends on, and their derivatives by `p`
-    parameters."""
+    """What the next state depends on: slips and sliders of the last accepted state, relaxed moments of the last solved
+    step, and their derivatives by `p` parameters."""
 
     slip: np.ndarray
     """(n, m) slip at the holes."""
@@ -33,6 +34,8 @@ class Memory(NamedTuple):
     """(n, m, p) derivatives of the cable lengths beyond the holes, m per unit."""
     sliders: Sliders
     """Sliders of the plates with their derivatives."""
+    relaxed: Relaxed
+    """Relaxed moments of the plates with their derivatives."""
 
 
 @bundle
@@ -99,6 +102,7 @@ def copy_memory(source, into):
                 at[i, k, e] = source.sliders.at[i, k, e]
                 for d in range(change.shape[3]):
                     change[i, k, e, d] = source.sliders.change[i, k, e, d]
+    copy_relaxed(source.relaxed, into.relaxed)
 
 
 @kernel
@@ -140,7 +144,13 @@ def differentiate(packed, held, sides, steps, modes, space):
     state, out = space.state, space.out
     now, handed, partial, left, outer = state.now, state.handed, state.partial, state.left, state.outer
     history, slides, tied = packed.model[0].presliding != 0.0, packed.model[0].elements > 0, modes is not None
+    relaxes = packed.model[0].relaxation != 0.0
+    remembers = history or slides or relaxes
     for e in range(len(steps.row)):
+        if remembers and steps.fresh[e]:
+            copy_memory(space.at_rest, space.memory)
+        if relaxes:
+            recall_relaxed(packed, held, sides, space.memory.relaxed)
         put_loads(state.rows[steps.last[e]], state.rows[steps.row[e]], steps, e, now)
         put_state(held, steps, e, now, None)
         place_chain(held)
@@ -152,8 +162,8 @@ def differentiate(packed, held, sides, steps, modes, space):
         for j in range(len(now.tension)):
             now.tension[j] = max(now.tension[j], 0.0)
         put_state(packed, steps, e, now, None)
-        if (history or slides) and steps.fresh[e]:
-            copy_memory(space.at_rest, space.memory)
+        if relaxes:
+            feel_relaxed(packed, space.memory.relaxed, partial)
         if slides:
             recall_sliders(packed, sides, space.memory.sliders, tied, partial)
         if modes is not None:
@@ -168,7 +178,9 @@ def differentiate(packed, held, sides, steps, modes, space):
             remember(packed, partial, space.memory)
         if slides:
             drag_sliders(packed, sides, space.memory.sliders, tied, partial)
-        if (history or slides) and steps.row[e] == 0:
+        if relaxes and steps.write[e] >= 0:
+            relax_on(packed, sides, space.memory.relaxed, partial)
+        if remembers and steps.row[e] == 0:
             copy_memory(space.memory, space.at_rest)
         if steps.write[e] >= 0:
             for i in range(partial.shape[0]):

@@ -16,6 +16,7 @@ from prb3r.mechanics.kernel import kernel
 from prb3r.mechanics.load_row import LoadRow, blend, slip_from_the_start
 from prb3r.mechanics.march import next_frame
 from prb3r.mechanics.records import Packed
+from prb3r.mechanics.relaxation import wait
 from prb3r.mechanics.variation import unload
 
 
@@ -29,6 +30,8 @@ class PathStates(NamedTuple):
     """(e,) load step from which the way comes; 0 is rest."""
     share: np.ndarray
     """(e,) part of the way at which the state lies."""
+    waited: np.ndarray
+    """(e,) time since the last solved step, in steps; not used where plates do not relax."""
     fresh: np.ndarray
     """(e,) whether it is the first state after rest, whose memory is that of rest."""
     write: np.ndarray
@@ -92,9 +95,8 @@ def put_state(packed, steps, e, now, rest):
     held; with None the angles themselves are held.
     """
     history = packed.model[0].presliding != 0.0
-    packed.model[0].stiff = 1.0 - packed.model[0].softening * now.elapsed[0]
+    wait(packed, now.moment, now.elapsed[0], steps.waited[e])
     for i in range(len(packed.span)):
-        packed.plate[i].extra = now.moment[i]
         for k in range(steps.q.shape[2]):
             packed.plate[i].q[k] = steps.q[e, i, k]
             if rest is not None:

@@ -4,9 +4,9 @@ A parameter is anything that changes the chain or the loads smoothly; it is give
 one a little behind.  Only what is known without solving is differenced: unbalanced moments with the shape held.  So the
 error is that of a central difference of smooth elementary functions, about 1e-9.
 
-Where friction follows the cables' travel, or plates have hysteresis, a state depends on those before it.  The
-derivatives of slip, cable lengths and sliders are then carried from each accepted sub-step to the next, from rest on; a
-hole or slider that slips forgets those before.
+Where friction follows the cables' travel, or plates have hysteresis or relax, a state depends on those before it.  The
+derivatives of slip, cable lengths, sliders and relaxed moments are then carried from each accepted sub-step to the
+next, from rest on; a hole or slider that slips forgets those before.
 """
 
 from collections.abc import Callable, Sequence
@@ -21,6 +21,7 @@ from prb3r.mechanics.derivatives.differentiate import DerivativeSpace, Memory, d
 from prb3r.mechanics.derivatives.feedback import sweep_room
 from prb3r.mechanics.derivatives.loops import sliders_at_zero
 from prb3r.mechanics.derivatives.partials import HeldState, Sides
+from prb3r.mechanics.derivatives.relaxing import nothing_relaxed
 from prb3r.mechanics.derivatives.response import room
 from prb3r.mechanics.derivatives.solved_path import FOLLOWS_STATE, SolvedPath, solve_path
 from prb3r.mechanics.equilibrium import Equilibria
@@ -154,7 +155,13 @@ def _derivatives(solved: SolvedPath, rows: Loads, sides: Sequence[Neighbour], ap
     dead |= any(model["umbilical"].any() for model in (packed.model, around.packed.model))
     shape = (plates, cables, count)
     memories = (
-        Memory(np.zeros(shape[:2]), np.zeros(shape), np.zeros(shape), sliders_at_zero((plates, n), elements, count))
+        Memory(
+            slip=np.zeros(shape[:2]),
+            dslip=np.zeros(shape),
+            dbeyond=np.zeros(shape),
+            sliders=sliders_at_zero((plates, n), elements, count),
+            relaxed=nothing_relaxed(plates if chain.relaxation else 0, count),
+        )
         for _ in range(2)
     )
     modes = segment_modes(chain) if chain.tied else None
@@ -256,4 +263,5 @@ def _of_one_kind(side: Neighbour, problem: LoadedChain) -> bool:
     history = (chain.presliding > 0) == (nominal.presliding > 0)
     mine, its = chain.hysteresis, nominal.hysteresis
     slips = (mine.slipping, mine.flagged) == (its.slipping, its.flagged)
-    return history and slips and _equal_in(("reach", "tied", "edges"), side, nominal)
+    relaxes = (chain.relaxation != 0) == (nominal.relaxation != 0)
+    return history and slips and relaxes and _equal_in(("reach", "tied", "edges"), side, nominal)

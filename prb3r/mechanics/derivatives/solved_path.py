@@ -11,6 +11,7 @@ from prb3r.mechanics.chain import Chain, Loads
 from prb3r.mechanics.derivatives.partials import PathStates
 from prb3r.mechanics.equilibrium import Equilibria, solve_chain
 from prb3r.mechanics.path import SMALLEST_STEP
+from prb3r.mechanics.relaxation import times_waited
 
 SUBSTEPS = 64
 """Accepted sub-steps per load step for which there is room in the first solve, where states depend on those before; if
@@ -62,17 +63,18 @@ def solve_path(
         equilibria = solve_chain(chain, loads, accepted=kept, **asked)
     good = ~np.isnan(equilibria.angle[:, -1])
     if chain.remembers:
-        return SolvedPath(chain, loads, anew, equilibria, _sub_steps(kept, good, anew))
+        return SolvedPath(chain, loads, anew, equilibria, _sub_steps(kept, good, anew, loads.elapsed[:, 0]))
     row = 1 + np.flatnonzero(good)
     nothing = np.zeros((len(row), *chain.offset.shape))
-    states = PathStates(row, row, np.ones(len(row)), row < 0, row - 1, equilibria.q[good], nothing)
+    ones = np.ones(len(row))
+    states = PathStates(row, row, ones, ones, row < 0, row - 1, equilibria.q[good], nothing)
     return SolvedPath(chain, loads, anew, equilibria, states)
 
 
-def _sub_steps(kept: AcceptedStates, good: np.ndarray, from_rest: np.ndarray) -> PathStates:
+def _sub_steps(kept: AcceptedStates, good: np.ndarray, from_rest: np.ndarray, elapsed: np.ndarray) -> PathStates:
     """Rest and all accepted sub-steps `kept` of the solved (`good`, (s,)) steps; those of failed steps are left out.
 
-    `from_rest` (s,): the steps that start from rest.
+    `from_rest` (s,): the steps that start from rest; `elapsed` (s,): those that had passed before each.
     """
     came_from, last = np.zeros(1 + len(good), np.int64), 0
     for s, converged in enumerate(good, 1):
@@ -84,11 +86,13 @@ def _sub_steps(kept: AcceptedStates, good: np.ndarray, from_rest: np.ndarray) ->
     edge = np.flatnonzero(np.diff(row, prepend=-1, append=-1))
     first, final = np.zeros(len(row), bool), np.zeros(len(row), bool)
     first[edge[:-1]], final[edge[1:] - 1] = True, True
-    last_row = came_from[row]
+    last_row, share = came_from[row], kept.share[states]
+    takes = np.concatenate([[0.0], times_waited(elapsed, came_from[1:], from_rest)])
     return PathStates(
         row=row,
         last=last_row,
-        share=kept.share[states],
+        share=share,
+        waited=share * takes[row],
         fresh=first & (last_row == 0),
         write=np.where(final, row - 1, -1),
         q=kept.q[states],

@@ -22,7 +22,7 @@ from prb3r.mechanics.lanes.number import IN_LANES, LANE_VECTOR, LANES
 
 SHARED_BY_LANES = {
     *{"arc", "clamp", "stiffness", "cable_stiffness", "curvature", "rest", "knee", "contact_angle"},
-    *{"contact_stiffness", "extra", "load", "yields", "slider", "offset", "friction", "pulley"},
+    *{"contact_stiffness", "extra", "load", "yields", "slider", "relaxed", "offset", "friction", "pulley"},
 }
 """Fields of records that are the same in all lanes."""
 

@@ -283,6 +283,23 @@ class PlateSoftening(Effect):
         return chain._replace(softening=chain.softening + self.share_per_step)
 
 
+class PlateRelaxation(Effect):
+    """Plates that creep and relax, as plastics do: of the moment that a plate's law gives, a `share` relaxes in the
+    long run, with the time constant `steps`, counted in steps of the table. Under a steady load a plate bends on, in
+    the end 1 / (1 - `share`) times as far; let go, it comes back slowly. The loads of a step act as soon as it begins
+    and are held until it is read. A sequence begins with plates in which nothing has relaxed, and its first step takes
+    as long as a mean one."""
+
+    kind: Literal["plate_relaxation"]
+    once: ClassVar[bool] = True
+    instead_of: ClassVar[frozenset[str]] = frozenset({"hysteretic_plate", "flag_hysteresis"})
+    share: Annotated[float, Field(ge=0, le=0.95, description="Share of the plates' moments that relaxes.")]
+    steps: Annotated[Positive, Field(description="Time constant of the relaxation, in steps of the table.")]
+
+    def change(self, chain: Chain, manipulator: Host) -> Chain:
+        return chain._replace(relaxation=self.share, relaxation_time=self.steps)
+
+
 class CableBending(Effect):
     """Each cable that runs through a plate, idle or not unless it is dead, adds its own bending stiffness to the
     plate's; this part neither yields nor wears with the plate."""

@@ -16,7 +16,8 @@ class AppliedLoads(NamedTuple):
     """Loads of one step; between two steps every field varies linearly.
 
     Tensions (m,) in N, declared slips (m,), forces on disks (n, 2) and tip (2,) in N, number (1,) of steps taken
-    before, and factor on the friction of each cable (m,).
+    before, factor on the friction of each cable (m,), share (1,) of the moments by the plates' laws that has relaxed
+    since the step before, and what is left of the moments (n,) that had relaxed by then, N m.
     """
 
     tension: np.ndarray
@@ -25,6 +26,8 @@ class AppliedLoads(NamedTuple):
     tip: np.ndarray
     elapsed: np.ndarray
     rubbing: np.ndarray
+    fresh: np.ndarray
+    relaxed: np.ndarray
 
 
 class LoadRamp(NamedTuple):
@@ -66,8 +69,9 @@ def _turned(force: np.ndarray, angle: float) -> np.ndarray:
 
 
 def rig_at(built: BuiltRig, loads: AppliedLoads) -> Rig:
-    """The rig under given loads: plates and hinges softened by the steps before, friction times the loads' factors."""
-    left = 1 - built.softening * loads.elapsed[0]
+    """The rig under given loads: plates and hinges softened by the steps before and by what relaxes, friction times the
+    loads' factors."""
+    left = (1 - built.softening * loads.elapsed[0]) * (1 - loads.fresh[0])
     rig = built.rig
     return rig._replace(
         friction=loads.rubbing * rig.friction,
@@ -76,6 +80,7 @@ def rig_at(built: BuiltRig, loads: AppliedLoads) -> Rig:
         rigidity=left * rig.rigidity,
         compliance=rig.compliance / left,
         base_compliance=rig.base_compliance / left,
+        moment=rig.moment + loads.relaxed,
     )
 
 

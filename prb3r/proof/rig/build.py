@@ -32,6 +32,10 @@ class BuiltRig:
     """(m,) added to applied tensions for every step taken before, N."""
     softening: float
     """Share of their first stiffness that the plates lose with every step."""
+    relaxation: float
+    """Share of the moment by the plates' law that relaxes in the long run."""
+    relaxation_time: float
+    """Time constant of that, in mean times per step."""
     friction_rate: float
     """Relative growth of friction when tensions change e times as fast."""
     friction_reference: float
@@ -100,6 +104,8 @@ def build_rig(manipulator: Mapping[str, Any]) -> BuiltRig:
         tension_play=draft.tension_play,
         tension_drift=draft.tension_drift,
         softening=float(draft.softening),
+        relaxation=float(draft.relaxation),
+        relaxation_time=float(draft.relaxation_time),
         friction_rate=float(draft.friction_rate),
         friction_reference=float(draft.friction_reference),
         friction_excess=float(draft.friction_excess),

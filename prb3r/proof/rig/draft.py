@@ -70,6 +70,10 @@ class Draft:
     """Restoring couple at the tip per angle of the tip, N m/rad."""
     softening: float = 0.0
     """Share of their first stiffness that the plates lose with every step."""
+    relaxation: float = 0.0
+    """Share of the moment by the plates' law that relaxes in the long run."""
+    relaxation_time: float = 1.0
+    """Time constant of that, in mean times per step."""
     friction_exponent: float = 0.0
     """Coefficients go with (tension before the hole / `friction_tension`)^-exponent."""
     friction_tension: float = 1.0
@@ -87,7 +91,7 @@ class Draft:
     wrap_saturation: float = 0.0
     """1/rad: a wrap angle t counts as t / (1 + wrap_saturation t)."""
     hole_drag: float = 0.0
-    """N: drag of a hole: what it takes from a large tension, or adds to it; see `kernels.drag_share`."""
+    """N: drag of a hole: what it takes from a large tension, or adds to it; see `pull.drag_share`."""
     contact_angle: np.ndarray = field(init=False)
     """(n, 2) bend at which disks touch, for bending toward negative and positive offsets, rad."""
     contact_stiffness: np.ndarray = field(init=False)

@@ -62,19 +62,19 @@ def add_dead_loads(rig, forces, ends, wrench, d_wrench):
 
 
 @njit(cache=True)
-def imbalance(rig, forces, slips, bent, ends, elements):
-    """Residual (n, 3) of the balance at end poses (n, 3), its tangent (3n, 3n), and the span tensions (n, m).
+def wrenches(rig, forces, slips, ends):
+    """Wrench (n, 3) that bends each plate at end poses (n, 3), its derivatives (n, 3, n, 3) by these, and the span
+    tensions (n, m).
 
-    The residual is the end pose that a plate takes under its wrench less the one assumed.  Slip states are given; where
-    a hole sticks, the tangent counts that its state changes with the cable's length beyond it.  The hysteresis state of
-    the plates is read from `bent.before`; the one that would follow is written to `bent.after`.
+    Slip states are given; where a hole sticks, the derivatives count that its state changes with the cable's length
+    beyond it.
     """
     n, m = rig.offset.shape
     wrench, d_wrench, tensions = np.zeros((n, 3)), np.zeros((n, 3, n, 3)), np.zeros((n, m))
     for j in range(m):
         pull_cable(rig, j, forces.tension[j], slips, ends, Pulls(wrench, d_wrench, tensions))
     add_dead_loads(rig, forces, ends, wrench, d_wrench)
-    gap, tangent, bend = np.zeros((n, 3)), np.zeros((3 * n, 3 * n)), poses(rig, ends)[n, 2]
+    bend = poses(rig, ends)[n, 2]
     for i in range(n):
         side = 1 if ends[i, 2] > 0 else 0
         excess = abs(ends[i, 2]) - rig.contact_angle[i, side]
@@ -86,6 +86,21 @@ def imbalance(rig, forces, slips, bent, ends, elements):
             d_wrench[i, 0, k, 2] -= rig.umbilical
         wrench[i, 0] += rig.moment[i] + rig.moment_per_bend[i] * ends[i, 2]
         d_wrench[i, 0, i, 2] += rig.moment_per_bend[i]
+    return wrench, d_wrench, tensions
+
+
+@njit(cache=True)
+def imbalance(rig, forces, slips, bent, ends, elements):
+    """Residual (n, 3) of the balance at end poses (n, 3), its tangent (3n, 3n), and the span tensions (n, m).
+
+    The residual is the end pose that a plate takes under its wrench less the one assumed; `slips` are those of
+    :func:`wrenches`.  The hysteresis state of the plates is read from `bent.before`; the one that would follow is
+    written to `bent.after`.
+    """
+    n = len(ends)
+    wrench, d_wrench, tensions = wrenches(rig, forces, slips, ends)
+    gap, tangent = np.zeros((n, 3)), np.zeros((3 * n, 3 * n))
+    for i in range(n):
         answer = shape(rig, i, wrench[i], elements, bent)
         for q in range(3):
             gap[i, q], row = answer[q] - ends[i, q], 3 * i + q

@@ -17,7 +17,7 @@ WIRES_SETTLED, MOST_SETTLINGS = 1e-14, 60
 
 
 @njit(cache=True)
-def _bent(rig, i, moment, here, bent):
+def bent_alone(rig, i, moment, here, bent):
     """Curvature of plate `i` alone, less the stress-free one, under a moment, and its derivative by the moment.
 
     Where plates remember, the state before is that at the station `here` of `bent`, and the one reached is written
@@ -36,15 +36,15 @@ def _bent(rig, i, moment, here, bent):
 
 
 @njit(cache=True)
-def _bent_beside_wires(rig, i, moment, here, bent):
-    """As `_bent`, of a plate beside elastic wires of the stiffness `rig.wires`, which bend with it.
+def bent_beside_wires(rig, i, moment, here, bent):
+    """As `bent_alone`, of a plate beside elastic wires of the stiffness `rig.wires`, which bend with it.
 
     Newton's method on the part of the moment that the plate carries, which grows with the curvature.
     """
     wires = rig.wires[i]
     own = moment * rig.rigidity[i] / (rig.rigidity[i] + wires)
     for _ in range(MOST_SETTLINGS):
-        k, softness = _bent(rig, i, own, here, bent)
+        k, softness = bent_alone(rig, i, own, here, bent)
         move = (moment - own - wires * k) / (1 + wires * softness)
         own += move
         if abs(move) <= WIRES_SETTLED * abs(moment):
@@ -90,9 +90,9 @@ def shape(rig, i, wrench, elements, bent):
             there = moment - arm_x * force_y + arm_y * force_x
             here = 2 * element + (stage + 1) // 2  # stations of half an element
             if rig.wires[i] > 0:
-                k, softness = _bent_beside_wires(rig, i, there, here, bent)
+                k, softness = bent_beside_wires(rig, i, there, here, bent)
             else:
-                k, softness = _bent(rig, i, there, here, bent)
+                k, softness = bent_alone(rig, i, there, here, bent)
             _along(arm_x, arm_y, (straight + k, softness), (force_x, force_y), trial, rate)
             for q in range(12):
                 mean[q] = (mean[q] if stage > 0 else 0.0) + weight * rate[q]

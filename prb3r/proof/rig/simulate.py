@@ -17,6 +17,7 @@ from prb3r.proof.rig.balance import AppliedLoads, LoadRamp, rest
 from prb3r.proof.rig.build import BuiltRig, build_rig
 from prb3r.proof.rig.imbalance import poses
 from prb3r.proof.rig.path import RigPath
+from prb3r.proof.rig.relaxing import lost_moments, relaxing
 
 ELEMENTS, ELEMENTS_WITH_MEMORY = 12, 24
 """Integration steps along the arc of a plate whose curvature follows from its moment, and of one with hysteresis.
@@ -78,7 +79,7 @@ def _loads(built: BuiltRig, steps: Sequence[Mapping[str, float]], passed: np.nda
     loads, problems, noted = [], [], np.zeros(m)
     slid, way, behind = np.zeros(m), np.zeros(m), np.zeros(m)
     for k, step in enumerate(steps):
-        load = AppliedLoads(np.zeros(m), -np.ones(m), np.zeros((n, 2)), np.zeros(2), passed[k : k + 1], np.ones(m))
+        load = _nothing(n, m)._replace(slip=-np.ones(m), elapsed=passed[k : k + 1])
         for name, value in step.items():
             if name not in place:
                 problems.append(Problem(f"steps[{k}]", f"unknown {name}" + did_you_mean(name, place)))
@@ -101,6 +102,14 @@ def _loads(built: BuiltRig, steps: Sequence[Mapping[str, float]], passed: np.nda
     if problems:
         raise SpecError(*problems)
     return loads
+
+
+def _nothing(plates: int, cables: int) -> AppliedLoads:
+    """No loads on so many plates and cables, whose friction is as it was."""
+    none, one = np.zeros(cables), np.zeros(1)
+    return AppliedLoads(
+        none, none.copy(), np.zeros((plates, 2)), np.zeros(2), one, np.ones(cables), one.copy(), np.zeros(plates)
+    )
 
 
 CREEP = 0.1
@@ -181,15 +190,17 @@ def simulate(
     if elements is None:
         elements = ELEMENTS_WITH_MEMORY if plates_remember(built.rig) else ELEMENTS
     path = RigPath(built, elements, tolerance)
-    last = AppliedLoads(np.zeros(m), np.zeros(m), np.zeros((n, 2)), np.zeros(2), np.zeros(1), np.ones(m))
+    last, relaxed = _nothing(n, m), np.zeros(n)
     state = rest(built, last, elements)
     pose, tension, slip = (np.full((len(steps), *shape), np.nan) for shape in ((n + 1, 3), (n, m), (n, m)))
     for k, load in enumerate(loads):
-        ramp, last = LoadRamp(last, load), load
+        load = relaxing(built, load, passed[k] - passed[k - 1] if k else 1.0, relaxed)
+        ramp, last = LoadRamp(last._replace(fresh=np.zeros(1), relaxed=relaxed), load), load
         if state is not None and (k == 0 or any((a != b).any() for a, b in zip(*ramp, strict=True))):
             state = path.equal_substeps(state, ramp, substeps) if substeps else path.adaptive(state, ramp)
         if state is not None:
             pose[k], tension[k], slip[k] = poses(built.rig, state.ends), state.tension, state.memory.slip
+            relaxed = lost_moments(built, load, state)
     x, y, angle = np.moveaxis(pose, 2, 0)
     return RigStates(x, y, angle, np.isfinite(x[:, 0]), tension, slip)
 

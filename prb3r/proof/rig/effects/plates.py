@@ -105,6 +105,25 @@ def _softening(given: Conditions) -> Iterator[Candidate]:
     yield Candidate((), lambda u: {"share_per_step": u / given.steps}, 0, 0.3)
 
 
+def _relax(draft: Draft, share, steps):
+    draft.relaxation, draft.relaxation_time = share, steps
+
+
+def _relaxing(given: Conditions) -> Iterator[Candidate]:
+    """Plates that relax over four steps: the form that represents all."""
+    yield _within(4.0)
+
+
+def _within(steps: float) -> Candidate:
+    """Plates that relax with a time constant in steps; the size is the share that they lose: half at most."""
+    return Candidate((), lambda u: {"share": u, "steps": steps}, 0, 0.5, (steps,))
+
+
+def _relaxing_anew(given: Conditions, form: Candidate, rng: np.random.Generator) -> Candidate:
+    """Plates that relax over two to twelve steps: of faster ones all is lost before a step is read."""
+    return _within(float(np.exp(rng.uniform(np.log(2), np.log(12)))))
+
+
 PLATE_RECORDS = (
     Record(
         "base_compliance",
@@ -112,6 +131,17 @@ PLATE_RECORDS = (
         (size("compliance_rad_per_n_m", FROM_ZERO),),
         _giving_at_base,
         rare=True,
+    ),
+    Record(
+        "plate_relaxation",
+        _relax,
+        (size("share", number_in(0, 0.95)), size("steps", POSITIVE, Scale.LOGARITHM)),
+        _relaxing,
+        rare=True,
+        once=True,
+        of_the_kind=True,
+        excludes=frozenset({"hysteretic_plate", "flag_hysteresis"}),
+        reshaped=_relaxing_anew,
     ),
     Record("plate_softening", _soften, (size("share_per_step", number_in(-1, 1)),), _softening, rare=True),
     Record(
