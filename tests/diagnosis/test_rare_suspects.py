@@ -30,10 +30,11 @@ def test_times_alone_are_no_reason_to_name_friction_by_rates():
 
 
 WIDTH = {"wrap_saturation": 0.8, "load_dependent_friction": 0.41, "friction_drift": 0.5, "base_tilt": 0.6}
-WIDTH |= {"hole_drag": 0.5}
+WIDTH |= {"hole_drag": 0.5, "plate_relaxation": 1.6}
 """Of intervals, in sizes.  What saturates is told from a smaller coefficient by how turns differ alone; of what goes
 with the load, other forces at which it has the stated coefficients survive, with exponents of their own; what grows is
-the share of a coefficient that is estimated too, beside which a drag is found; 6 N bend the arm little."""
+the share of a coefficient that is estimated too, beside which a drag is found; 6 N bend the arm little; sequences of
+four steps tell little of a time constant of four."""
 
 
 QUICK = [
@@ -78,6 +79,16 @@ def test_what_few_rigs_have_is_named_with_its_place_and_size(hidden, place):
     for name, size in effect.parameters.items():
         assert size.low < true[name] < size.high
         assert size.high - size.low < WIDTH.get(effect.kind, 0.4) * abs(true[name])
+
+
+def test_the_gain_of_all_load_cells_is_told_against_known_weights_beside_what_looks_alike():
+    """Tensions that are a tenth larger than noted, on an arm a tenth stiffer, are weights of 1 / 1.1 times theirs."""
+    found = diagnosed(replace(case(kind="load_cell", gain=1.1), program="hung"))
+    (effect,) = found.effects
+    (cell,) = (one for one in (effect, *effect.rivals) if one.kind == "load_cell")
+    assert {effect.kind, *(rival.kind for rival in effect.rivals)} & {"tip_load_friction", "weight_friction"}
+    gain = dict(cell.parameters)["gain"]
+    assert getattr(gain, "value", gain) == pytest.approx(1.1, abs=0.02)
 
 
 @pytest.mark.long

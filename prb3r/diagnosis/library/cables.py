@@ -7,7 +7,7 @@ import numpy as np
 
 from prb3r.diagnosis.library.hypothesis import Free
 from prb3r.diagnosis.library.scope import Place, Scope, pulled_cables, together_and_alone, whole_rig_if
-from prb3r.diagnosis.library.suspect import OF_A_PART, OF_THE_SETUP, Suspect, rare, with_the_same
+from prb3r.diagnosis.library.suspect import OF_A_PART, OF_THE_SETUP, Occurrence, Suspect, rare, with_the_same
 from prb3r.diagnosis.library.totals import drift_of_cables, play_of_cables, zero_of_cables
 
 
@@ -51,11 +51,35 @@ def _drifting(scope: Scope) -> Iterator[Place]:
         yield from together_and_alone(scope)
 
 
-def _bent(scope: Scope, place: Place) -> tuple[Free, ...]:
-    """Free parameter of `load_cell`: a quadratic term that changes the largest tension by up to half, prior sd 5 %;
-    more is seen when the cell is calibrated."""
+def _cells(scope: Scope) -> tuple[Place, ...]:
+    """Places of `load_cell`, all cables.  A gain of all is Young's modulus, unless known dead loads act: then gain and
+    quadratic term are sought, and each alone.  The gain of one cable is an offset of its holes."""
+    return ({}, {"quadratic_per_n": 0.0}, {"gain": 1.0}) if scope.dead_loads_known else ({},)
+
+
+def _cell(scope: Scope, place: Place) -> tuple[Free, ...]:
+    """Free parameters of `load_cell`: a gain within a third, and a quadratic term that changes the largest tension by
+    up to half; prior sd of both 5 %, as more is seen when the cell is calibrated."""
     scale = 1 / scope.pull
-    return (Free("quadratic_per_n", 0.0, -0.5 * scale, 0.5 * scale, scale=scale, sd=0.05),)
+    gain = Free("gain", 1.0, 0.7, 1.4, log=True, sd=0.05)
+    bent = Free("quadratic_per_n", 0.0, -0.5 * scale, 0.5 * scale, scale=scale, sd=0.05)
+    if not scope.dead_loads_known:
+        return (bent,)
+    return tuple(free for free in (gain, bent) if free.name not in place)
+
+
+def _cell_sentence(fitted: Occurrence) -> str:
+    gain, bent = (fitted.estimates.get(name) for name in ("gain", "quadratic_per_n"))
+    if gain is None:
+        return (
+            "The force sensors do not read in proportion: what they read as T is really T (1 + q T) with "
+            f"q = {bent} 1/N; calibrate them with weights."
+        )
+    curve = "" if bent is None else f" (1 + q T) with q = {bent} 1/N"
+    return (
+        f"Against the dead loads the force sensors of all cables are off: what they read as T is really {gain} "
+        f"T{curve}; calibrate them with the same weights."
+    )
 
 
 def _offset(scope: Scope, place: Place) -> tuple[Free, ...]:
@@ -93,12 +117,10 @@ CABLE_SUSPECTS = (
     ),
     Suspect(
         "load_cell",
-        sentence=lambda fitted: (
-            "The force sensors do not read in proportion: what they read as T is really T (1 + q T) with "
-            f"q = {fitted.size} 1/N; calibrate them with weights."
-        ),
+        sentence=_cell_sentence,
         transfer=OF_THE_SETUP,
-        free=_bent,  # a gain of all is Young's modulus, of one cable an offset of its holes
+        places=_cells,
+        free=_cell,
         presence=rare,
     ),
     Suspect(

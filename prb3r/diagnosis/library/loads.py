@@ -94,21 +94,11 @@ def _tool(scope: Scope, place: Place) -> tuple[Free, ...]:
     return (Free("mass_kg", 0.0, -0.999 * float(masses[-1]), 10 * arm, scale=arm, sd=1.0),)
 
 
-def _weighs(scope: Scope) -> bool:
-    """Whether the manipulator file has gravity in the plane, and masses on which it acts."""
-    return bool(np.any(scope.manipulator.chain().gravity)) and bool(scope.manipulator.disk_masses.any())
-
-
 def _tool_sentence(fitted: Occurrence) -> str:
     grams = fitted.size.times(1e3)
     if grams.value < 0:
         return f"The tip is lighter than noted, by {grams.less(0.0)} g."
     return f"The tip is heavier than noted, by {grams} g: a gripper, a camera, a hose or a wire hangs there."
-
-
-def _loaded(scope: Scope) -> bool:
-    """Whether dead loads are noted, or the manipulator file has gravity in the plane."""
-    return _noted(scope) or _weighs(scope)
 
 
 def _angle(scope: Scope, place: Place) -> tuple[Free, ...]:
@@ -158,11 +148,6 @@ def _weights(scope: Scope) -> Iterator[Place]:
         yield from ({"disk": disk} for disk in loaded)
 
 
-def _noted(scope: Scope) -> bool:
-    """Whether loads on the tip or on disks are noted."""
-    return bool(scope.recording.loads.force.any() or scope.recording.loads.tip.any())
-
-
 def _payload(scope: Scope, place: Place) -> tuple[Free, ...]:
     """Free parameter of `payload_scale`: up to ten times what is noted, a decimal point set wrongly; prior sd 0.5
     of its logarithm, so mostly less than three times.  What falls short of what is noted is `tip_load_friction` or
@@ -201,14 +186,14 @@ LOAD_SUSPECTS = (
         "tip_mass",
         _tool_sentence,
         left_behind("hangs on the tip of this rig"),
-        places=lambda scope: whole_rig_if(_weighs(scope)),
+        places=lambda scope: whole_rig_if(scope.weighs),
         free=_tool,
     ),
     Suspect(
         "base_tilt",
         _tilt_sentence,
         OF_THE_SETUP,
-        places=lambda scope: whole_rig_if(_loaded(scope)),
+        places=lambda scope: whole_rig_if(scope.dead_loads_known),
         free=_angle,
         presence=rare,
     ),
@@ -224,8 +209,7 @@ LOAD_SUSPECTS = (
     Suspect(
         "tip_load_friction",
         sentence=lambda fitted: (
-            f"Of the recorded tip load only {fitted.size.times(100)} % arrives: friction in its guide or pulley, or "
-            "the force sensors of all cables read too little by about that share, which looks alike."
+            f"Of the recorded tip load only {fitted.size.times(100)} % arrives: friction in its guide or pulley."
         ),
         transfer=OF_THE_SETUP,
         places=lambda scope: whole_rig_if(bool(scope.recording.loads.tip.any())),
@@ -240,7 +224,7 @@ LOAD_SUSPECTS = (
             "alike."
         ),
         transfer=OF_THE_SETUP,
-        places=lambda scope: whole_rig_if(_noted(scope)),
+        places=lambda scope: whole_rig_if(scope.dead_loads_noted),
         free=_payload,
         presence=rare,
     ),

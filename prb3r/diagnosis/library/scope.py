@@ -89,6 +89,21 @@ class Scope(NamedTuple):
         return int(self.recording.begins.sum()) >= self.settings.fewest_to_tell_time
 
     @property
+    def dead_loads_noted(self) -> bool:
+        """Whether loads on the tip or on disks are noted."""
+        return bool(self.recording.loads.force.any() or self.recording.loads.tip.any())
+
+    @property
+    def weighs(self) -> bool:
+        """Whether the manipulator file has gravity in the plane, and masses on which it acts."""
+        return bool(np.any(self.manipulator.chain().gravity)) and bool(self.manipulator.disk_masses.any())
+
+    @property
+    def dead_loads_known(self) -> bool:
+        """Whether dead loads are noted, or the manipulator file has gravity in the plane."""
+        return self.dead_loads_noted or self.weighs
+
+    @property
     def arm(self) -> float:
         """Largest distance of any cable from the axis over any plate, m; 0 without cables."""
         return float(np.abs(self.chain.offset).max(initial=0.0))
