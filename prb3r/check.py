@@ -16,7 +16,7 @@ from prb3r.model.files.table import TABLE_SUFFIXES, read_table
 from prb3r.model.files.toml import toml_contents
 from prb3r.model.manipulator import Manipulator, load_manipulator
 from prb3r.model.solve import POSITION_COLUMNS
-from prb3r.model.step_checks import LOAD_COLUMN_FORMS, ignored_slips, is_load_column, step_problems
+from prb3r.model.step_checks import LOAD_COLUMN_FORMS, ignored_slips, is_load_column, let_go_as_drawn, step_problems
 from prb3r.model.steps import load_steps
 from prb3r.recording.holds import creeping
 from prb3r.recording.markers import MARKER_COLUMNS, MARKER_KEYS, marker_problems
@@ -112,8 +112,9 @@ def _check_wishes(path: Path) -> str:
 
 
 def _check_study(path: Path) -> str:
-    """How many cases a study has, at most if it searches, in one line, and remarks on declared slips that they ignore;
+    """How many cases a study has, at most if it searches, in one line, and remarks on slips that they ignore or lack;
     raises SpecError for problems."""
+    from prb3r.study.loads import drawn_while_let_go, load_columns
     from prb3r.study.plan import plan_study
 
     plan = plan_study(path)
@@ -122,7 +123,10 @@ def _check_study(path: Path) -> str:
         settings = family.settings
         steps = [] if settings["cloud"] or settings["reach"] else [settings["initial"], *settings["step"]]
         declared = {name for step in steps for name in step if name.startswith("slip_")}
-        if declared and (what := ignored_slips(family.manipulator(), declared)):
+        arm = family.manipulator()
+        columns = load_columns(settings, len(family)) if steps else {}
+        late = let_go_as_drawn(arm, [drawn_while_let_go(columns, name) for name in arm.cable_names])
+        for what in filter(None, (ignored_slips(arm, declared), late)):
             ignored[what] = ignored.get(what, 0) + len(family)
     remarks = [f"{what}, in {number} of them" for what, number in ignored.items()]
     remarks += _dropped_loads(plan.study)
@@ -193,11 +197,16 @@ def _named(columns: Iterable[str], most: int = 8) -> str:
 
 
 def _check_steps(path: Path, frame: pd.DataFrame, manipulator: Manipulator | None) -> str:
-    """What a table of load steps holds, in one line, and a remark on ignored slips; raises SpecError for problems."""
+    """What a table of load steps holds, in one line, and remarks on slips that are ignored or missing; raises SpecError
+    for problems."""
     if manipulator is not None:
         table = load_steps(manipulator, frame, str(path))
         line = f"table of {count(len(table.steps), 'step')} in {count(len(table.names), 'sequence')}"
-        remarks = [ignored_slips(manipulator, frame.columns), _without_loads(frame.columns)]
+        remarks = [
+            ignored_slips(manipulator, frame.columns),
+            let_go_as_drawn(manipulator, table.let_go_as_drawn.tolist()),
+            _without_loads(frame.columns),
+        ]
         return "\n  ".join(filter(None, [line, *remarks]))
     frame = frame[~blank_rows(frame)]
     if problems := step_problems(None, frame, str(path)) or [Problem(str(path), "holds no steps")] * frame.empty:

@@ -118,6 +118,16 @@ def test_check_says_that_history_ignores_declared_slips(steps, tmp_path):
     assert "study of 52 cases\n  slip_3 ignored" in done.stdout
     assert "slip_1 ignored: friction follows the cables' own travel (history), in 13 of them" in done.stdout
     assert "ignored" not in prb3r("check", PROTOTYPE, steps).stdout
+    steps.write_text("sequence,step,cable_1_n\na,1,10\na,2,5\nb,1,2\n")
+    late = (
+        "cable 1 is let go, and slip_1 says drawn in (-1) throughout, as it is understood where there is no such column"
+    )
+    assert late in prb3r("check", PROTOTYPE, steps).stdout
+    assert late in prb3r("solve", PROTOTYPE, steps).stderr
+    assert late not in prb3r("check", history, steps).stdout
+    for held in ("a,2,0", "a,2,20", "b,2,5"):
+        steps.write_text(f"sequence,step,cable_1_n\na,1,10\n{held}\n")
+        assert "let go" not in prb3r("check", PROTOTYPE, steps).stdout
     steps.write_text("sequence,step,cable_9_n\na,1,10\n")
     done = prb3r("check", PROTOTYPE, steps)
     assert done.returncode == 2

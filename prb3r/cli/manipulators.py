@@ -34,6 +34,7 @@ def solve_command(ctx, manipulator, steps, model, output, as_measured, image_cen
     from prb3r.model.files.table import ensure_table_place
     from prb3r.model.manipulator import load_manipulator
     from prb3r.model.solve import POSITION_COLUMNS, as_read, peak_stress, solve_in_blocks
+    from prb3r.model.step_checks import let_go_as_drawn
 
     if image_centre is not None and not (as_measured and all(map(math.isfinite, image_centre))):
         raise SpecError(Problem("--image-centre", "goes with --as-measured, and takes two numbers"))
@@ -65,6 +66,8 @@ def solve_command(ctx, manipulator, steps, model, output, as_measured, image_cen
                 yield table[POSITION_COLUMNS]
 
     _write(told(), place)
+    if remark := let_go_as_drawn(blocks.manipulator, blocks.table.let_go_as_drawn.tolist()):
+        click.echo(f"prb3r: {remark}", err=True)
     failed = blocks.steps - sum(outcomes[name] for name in FOUND)
     if output:
         click.echo(f"{count(blocks.steps, 'step')}, {failed} without a stable equilibrium, in {output}")

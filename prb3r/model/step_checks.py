@@ -1,7 +1,7 @@
 """Checks of a table of load steps: the columns that it may have, and all problems with its names, signs and sizes."""
 
 import re
-from collections.abc import Container, Iterable, Iterator, Mapping
+from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from itertools import pairwise
 from typing import Any
 
@@ -9,10 +9,12 @@ import numpy as np
 import pandas as pd
 
 from prb3r.errors import Problem, did_you_mean
+from prb3r.markdown import listed
 from prb3r.model.files.cells import (
     count,
     is_empty,
     key_problems,
+    named,
     number_problems,
     numbers,
     others,
@@ -110,6 +112,27 @@ def ignored_slips(manipulator: Manipulator, columns: Iterable[str], table: str =
     slips = sorted(name for name in columns if name.startswith("slip_")) if manipulator.follows_history else []
     of = f" of {table}" if table else ""
     return f"{', '.join(slips)}{of} ignored: friction follows the cables' own travel (history)" if slips else ""
+
+
+def let_go_as_drawn(manipulator: Manipulator, suspect: Sequence[bool]) -> str:
+    """A sentence on cables that are let go and yet count as drawn in throughout; empty if there are none, or if slip is
+    not declared or not felt.
+
+    Parameters
+    ----------
+    suspect : (m,) whether the tension of each cable falls from one step to the next, but not to nothing, and its slip
+        is -1 at every step.
+    """
+    chain, cables = manipulator.chain(), manipulator.cable_names
+    names = [name for name, drawn in zip(cables, suspect, strict=True) if drawn]
+    if not names or manipulator.follows_history or not (chain.friction.any() or np.any(chain.pulley != 1)):
+        return ""
+    are, say = ("is", "says") if len(names) == 1 else ("are", "say")
+    slips = listed([f"slip_{name}" for name in names])
+    return (
+        f"{named('cable', names)} {are} let go, and {slips} {say} drawn in (-1) throughout, as it is understood where "
+        "there is no such column; write 1 where a cable is paid out"
+    )
 
 
 def refused(manipulator: Manipulator, columns: Mapping[str, np.ndarray]) -> np.ndarray:

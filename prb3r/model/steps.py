@@ -51,6 +51,13 @@ class LoadTable:
         begins[self.first] = True
         return begins
 
+    @property
+    def let_go_as_drawn(self) -> np.ndarray:
+        """(m,) whether each cable is let go at some step, but not to nothing, and counts as drawn in at every one."""
+        tension, slip = self.loads.tension, self.loads.slip
+        falls = (tension[1:] < tension[:-1]) & (tension[1:] > 0) & ~self.begins[1:, None]
+        return falls.any(0) & (slip == -1).all(0)
+
     def sequences(self) -> Iterator[LoadSequence]:
         """The sequences in the order of the table, each with its own part of the loads."""
         ends = np.append(self.first[1:], len(self.steps))

@@ -69,3 +69,11 @@ def _swept(sweep: Tree | None, before: list[dict[str, Any]]) -> Iterator[dict[st
             at = value + share * (turn - value)
             yield {column: significant(at) if np.ndim(at) else short(at)}
         value = turn
+
+
+def drawn_while_let_go(columns: dict[str, np.ndarray], cable: str) -> bool:
+    """As `LoadTable.let_go_as_drawn`, of one cable in any case, from the columns of :func:`load_columns`."""
+    pulls = next((columns[name] for name in (f"cable_{cable}_n", f"cable_{cable}_kg") if name in columns), None)
+    if pulls is None or np.any(columns.get(f"slip_{cable}", -1.0) != -1.0):
+        return False
+    return bool(np.any((pulls[:, 1:] < pulls[:, :-1]) & (pulls[:, 1:] > 0)))

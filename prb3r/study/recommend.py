@@ -18,6 +18,8 @@ ALIKE_SHARE = 0.05
 """Relative difference in a preference below which designs are called alike."""
 LEVEL = 0.02
 """Difference of scores below which designs are called level, as weights are not known that well."""
+MOST_LEVEL = 3
+"""Largest number of level designs that are told by name; of more the best in each preference, and a compromise."""
 MOST_TOLD = 12
 """Largest number of designs that are described one by one."""
 
@@ -41,7 +43,11 @@ def _verdict(decision: Decision) -> str:
     whole = f"{able} of {count(len(decision.designs), 'design')} keep{'s' * (able == 1)} every requirement"
     head, said = f"Recommendation: {decision.winner}", list[str]()
     level = _level(decision)
-    if len(level) > 1:
+    if len(level) > MOST_LEVEL:
+        head = f"{len(level)} designs are level"
+        said += [whole] if decision.requirements else []
+        said += _many_level(decision, level)
+    elif len(level) > 1:
         head = f"{listed_names([decision.designs[j] for j in level])} are level"
         said += [whole] if decision.requirements else []
         said += _told_apart(decision, level)
@@ -85,6 +91,27 @@ def _told_apart(decision: Decision, level: list[int]) -> list[str]:
             said.append(f"what speaks for {names[first]} is its reserve: {reserves}")
         else:
             said.append(f"their reserves do not tell them apart either: of {names[first]}, {reserves}")
+    return said
+
+
+def _many_level(decision: Decision, level: list[int]) -> list[str]:
+    """Sentences on many designs whose scores are level: the best in each preference, and the one that gives up least
+    of any."""
+    scores = decision.score[level]
+    said = [
+        f"{_weighted(decision)} they score {scores.max():.2f} to {scores.min():.2f}, which weights are not known well "
+        "enough to tell apart"
+    ]
+    best = [(k, words) for k in level if (words := _best_in(decision, k))]
+    said += [f"{decision.designs[k]} has the best {listed_names(words)}" for k, words in best]
+    behind = decision.worth[level].max(0) - decision.worth[level]
+    k = level[int(np.argmin(behind.max(1)))]
+    if k not in dict(best):
+        all_of_it = range(len(decision.preferences))
+        has = [f"{preference_in_words(decision, j)} {preferred_value_in_words(decision, k, j)}" for j in all_of_it]
+        said.append(f"the one between them that gives up least is {decision.designs[k]}: {listed_names(has)}")
+    if decision.requirements:
+        said.append(f"nearest to its bound, {tightest_in_words(decision, k)}")
     return said
 
 

@@ -47,6 +47,19 @@ def test_designs_of_equal_scores_are_said_to_be_level_first_and_told_apart_by_th
     assert recommendation(apart).startswith("**Recommendation: thin.**")
 
 
+def test_of_many_level_designs_the_best_of_each_kind_and_the_one_that_gives_up_least_are_told():
+    """On a straight front all weights alike put none first; the middle one is half way to the best in both."""
+    table = {"design": list("abcde"), "area": [5.0, 4, 3, 2, 1], "force": [50.0, 40, 30, 20, 10]}
+    told = recommendation(
+        decide(cases(table, [Requirement(metric="force", at_most=60)], [greater("area"), less("force")]))
+    )
+    assert told.startswith("**5 designs are level.** 5 of 5 designs keep every requirement.")
+    assert "A has the best area (5" in told
+    assert "E has the best force (10" in told
+    assert "The one between them that gives up least is c: area 3 and force 30. Nearest to its bound, force" in told
+    assert told.count("of all weights") == 0
+
+
 def test_the_note_counts_the_cases_that_preferences_name():
     table = {"design": ["a", "a", "b", "b"], "force": [1.0, 2.0, 3.0, 1.0], "load": ["x", "y"] * 2}
     one = [less("force", where={"load": "x"})]

@@ -1,0 +1,51 @@
+"""Plates that would yield are told of a study that asks for no safety factor."""
+
+import pandas as pd
+import pytest
+from command import prb3r
+
+ARM = """
+name = "arm"
+youngs_modulus_pa = 2e11
+yield_stress_pa = 1e9
+[disk]
+thickness_m = 0.004
+[friction]
+coefficient = 0.1
+[[segment]]
+plates = 2
+length_m = 0.03
+width_m = 0.02
+thickness_m = 0.0005
+[[cable]]
+name = "up"
+offset_m = 0.02
+ends_at_segment = 1
+"""
+STUDY = """
+name = "pull"
+title = "Pull"
+manipulator = "arm.toml"
+[[step]]
+cable_up_n = 5.0
+[[factor]]
+name = "pull_n"
+path = "step.1.cable_up_n"
+values = [5.0, 80.0]
+[[metric]]
+kind = "safety"
+"""
+ASKED = '[[requirement]]\nmetric = "safety_factor"\nat_least = 1.0\n[designs]\nfactors = ["pull_n"]\n'
+
+
+@pytest.mark.parametrize("asked", [False, True])
+def test_yield_is_told_where_no_requirement_judges_it(tmp_path, asked):
+    (tmp_path / "arm.toml").write_text(ARM)
+    (tmp_path / "pull.toml").write_text(STUDY + ASKED * asked)
+    ran = prb3r("run", tmp_path / "pull.toml", "-o", tmp_path, "--jobs", "1")
+    assert ran.returncode == 0, ran.stderr
+    worst = pd.read_parquet(tmp_path / "pull" / "cases.parquet")["safety_factor"].min()
+    assert worst < 1
+    told = f"1 of 2 cases, which nothing here counts against them: the lowest safety factor is {worst:.3g}"
+    for text in (ran.stdout, (tmp_path / "pull" / "summary.md").read_text()):
+        assert (told in text) == (not asked)
