@@ -56,13 +56,20 @@ def test_the_general_form_of_what_is_named_is_no_rival_of_it(monkeypatch):
 
 
 def test_a_model_has_one_form_of_a_weight_and_is_sought_with_the_general_one(rubbing):
-    """Any direction, and along x or y alone: one model of a rig cannot have two of them."""
+    """Any direction, and along x or y alone: one model of a rig cannot have two of them.  The load cells, beside whose
+    gain the weights of this rig stand, have as many forms."""
     library = hypotheses(rubbing)
     general, *special = forms = [each for each in library if each.kind == "gravity"]
     assert [{free.name for free in each.free} for each in forms] == [{"x_m_s2", "y_m_s2"}, {"x_m_s2"}, {"y_m_s2"}]
     assert all(first.excludes(second) for first in forms for second in forms)
     assert [general.generalises(each) for each in forms] == [False, True, True]
     assert not any(each.generalises(other) for each in special for other in library)
-    others = [each for each in library if each.kind != "gravity"]
+    cells = [each for each in library if each.kind == "load_cell"]
+    assert [{free.name for free in each.free} for each in cells] == [
+        {"gain", "quadratic_per_n"},
+        {"gain"},
+        {"quadratic_per_n"},
+    ]
+    others = [each for each in library if each.kind not in ("gravity", "load_cell")]
     assert not any(each.generalises(other) for each in others for other in library)
-    assert set(Search(library, 0).general_forms) == {*others, general}
+    assert set(Search(library, 0).general_forms) == {*others, general, cells[0]}

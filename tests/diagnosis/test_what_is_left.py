@@ -178,3 +178,17 @@ def test_a_weight_is_doubted_beyond_the_noise_that_is_there_not_that_which_is_st
         known = doubting(calibrate(Task(noted)), serially)
         pulled = known.fitted.model.predict.recording.loads.tension
         assert [pulled[weight.step, weight.cable] for weight in known.doubts.weights] == doubted
+
+
+@pytest.mark.parametrize("told_apart", [True, False])
+def test_one_wrong_reading_at_the_tip_is_no_wrong_weight(monkeypatch, told_apart):
+    """Beyond the tip there is no neighbour that would show it, so that a weight may seem wrong: were it not told."""
+    if not told_apart:
+        monkeypatch.setattr(doubt, "FEWEST_TO_TELL", 10**6)
+    known = recorded(Case(hidden=()))
+    readings = known.readings
+    last = (readings.kind == Kind.ANGLE) & (readings.disk == known.manipulator.plates) & (readings.step == 4)
+    assert last.sum() == 1
+    found = investigate(Task(known.with_values(readings.value + np.where(last, 0.1, 0.0))))
+    assert found.verdict == "adequate"
+    assert any("it was not believed" in remark for remark in found.remarks) != told_apart

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from prb3r.diagnosis.evidence.outliers import Doubts, NotedWeight, outlier_inflation, weight_alternatives
+from prb3r.diagnosis.evidence.outliers import Doubts, NotedWeight, outlier_inflation, student, weight_alternatives
 from prb3r.diagnosis.evidence.renewal import level_under, renewed
 from prb3r.diagnosis.evidence.score_test import scores
 from prb3r.diagnosis.fit.covariance import Noise
@@ -15,6 +15,9 @@ from prb3r.diagnosis.fit.response import tension_response
 from prb3r.diagnosis.search.search import Search, examine
 from prb3r.diagnosis.settings import Settings
 from prb3r.model.steps import with_tensions
+
+FEWEST_TO_TELL = 3
+"""Readings of a step from which on a wrong reading is told from a wrong weight."""
 
 
 def without_outliers(rough: Fit) -> tuple[Fit, Doubts]:
@@ -31,21 +34,46 @@ def without_outliers(rough: Fit) -> tuple[Fit, Doubts]:
 def without_wrong_weights(fitted: Fit, doubts: Doubts, search: Search) -> tuple[Fit, Doubts]:
     """The calibrated model refitted without wrongly noted weights, and `doubts` with these added.
 
-    At most `Settings.most_wrong_weights` are sought, one after the other.
+    At most `Settings.most_wrong_weights` are sought, one after the other.  Where a single reading of the step is off,
+    and no other weight explains all of them as well, that reading is weighed down instead.
     """
     settings = fitted.model.settings
     for _ in range(0 if settings.believe_all else settings.most_wrong_weights):
         wrong = wrong_weight(fitted, search, doubts)
         if wrong is None:
             break
-        doubts = replace(doubts, weights=(*doubts.weights, wrong))
+        alone = lone_reading(fitted, wrong)
+        if alone is None:
+            doubts = replace(doubts, weights=(*doubts.weights, wrong.weight))
+        else:
+            inflation = doubts.inflation.copy()
+            inflation[alone] = student(_deviation(fitted)[alone])
+            doubts = replace(doubts, inflation=inflation)
         fitted = renewed(fitted, doubts)
     return fitted, doubts
 
 
-def wrong_weight(fitted: Fit, search: Search, doubts: Doubts) -> NotedWeight | None:
-    """The weight that was noted wrongly; None unless its score is significant and above that of any effect or moment
-    law.
+def lone_reading(fitted: Fit, wrong: "OtherWeight") -> int | None:
+    """The reading of a step that is off alone: but for it the step is explained no worse than with the weight that
+    explains all its readings best; None if there is none, or if the step has too few readings to tell.
+
+    One reading among two may always be left out instead of a weight: it takes `FEWEST_TO_TELL`.
+    """
+    there = np.flatnonzero(fitted.recording.readings.step == wrong.weight.step)
+    missed = _deviation(fitted)[there] ** 2
+    if len(there) < FEWEST_TO_TELL or missed.sum() - missed.max() > wrong.misfit:
+        return None
+    return int(there[np.argmax(missed)])
+
+
+def _deviation(fitted: Fit) -> np.ndarray:
+    """(r,) distance of every reading from a fit, in its standard deviations."""
+    return fitted.model.predict.misfit(fitted.solved.readings) / fitted.model.noise.sd
+
+
+def wrong_weight(fitted: Fit, search: Search, doubts: Doubts) -> "OtherWeight | None":
+    """The weight that was noted wrongly, with the value that explains its step best; None unless its score is
+    significant and above that of any effect or moment law.
 
     Scores are in units of the stated noise.  If the readings scatter more than stated, so do the scores of right
     weights; the critical value is therefore scaled to the noise level estimated beside all effects of the library.
@@ -69,7 +97,7 @@ def wrong_weight(fitted: Fit, search: Search, doubts: Doubts) -> NotedWeight | N
     if tested.largest <= tested.naming * level_under(fitted, doubts, search.library).level.scale:
         return None
     step = candidates[int(np.argmax(tested.z))].subject.step
-    return likeliest(fitted.model.predict, fitted.model.noise, fitted.solved, step, fitted.model.settings).weight
+    return likeliest(fitted.model.predict, fitted.model.noise, fitted.solved, step, fitted.model.settings)
 
 
 class OtherWeight(NamedTuple):
