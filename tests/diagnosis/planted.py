@@ -42,9 +42,26 @@ def rows(known, name):
     return np.flatnonzero(known.of_sequence == known.sequences.index(name))
 
 
-def mirrored(known):
+def mirrored(known, sequences=None):
+    """As seen from behind, in all sequences or in some."""
     readings = known.readings
-    return known.with_values(np.where(readings.kind == Kind.X, readings.value, -readings.value))
+    here = np.isin(np.array(known.sequences)[known.of_sequence[readings.step]], sequences or known.sequences)
+    return known.with_values(np.where((readings.kind == Kind.X) | ~here, readings.value, -readings.value))
+
+
+def exchanged_since(known, sequence, step):
+    """With cables 2 and 4 in each other's columns from a step of a sequence on."""
+    first = known.steps.index[known.steps["sequence"].eq(sequence) & known.steps["step"].eq(step)][0]
+    here, pairs = known.steps.index >= first, [("cable_2_n", "cable_4_n"), ("slip_2", "slip_4")]
+    return other_steps(
+        known, **{a: known.steps[a].where(~here, known.steps[b]) for pair in pairs for a, b in (pair, pair[::-1])}
+    )
+
+
+def farther(known, factor):
+    """With offsets of all cables in the file that are `factor` times what they are."""
+    cables = known.manipulator.cable
+    return other_cables(known, **{f"cable_{c.name}": {"offset_m": factor * c.offset_m} for c in cables})
 
 
 def in_kilograms(known, sequence=None, share=1.0):
@@ -100,6 +117,8 @@ PLANTED = {
         slip_2=r.steps["slip_1"],
     ),
     "the pictures are mirrored: the rig was seen from behind": mirrored,
+    "the pictures in sequence counter are mirrored: the rig was seen from behind": lambda r: mirrored(r, ("counter",)),
+    "cables 2 and 4 are exchanged from step 3 of sequence in on": lambda r: exchanged_since(r, "in", 3),
     "offset_m of cable 3 has the wrong sign": lambda r: other_cables(r, cable_3={"offset_m": 0.021}),
     "the disks are counted from the tip": lambda r: relabelled(r, disk=lambda d, n: r.manipulator.plates + 1 - d),
     "the disks are counted one off: the base disk is counted as 1": lambda r: relabelled(r, disk=lambda d, n: d + 1),

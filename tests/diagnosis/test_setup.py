@@ -8,7 +8,7 @@ from unittest.mock import Mock
 
 import numpy as np
 import pytest
-from diagnosis.planted import FORGOTTEN_SLIPS, PLANTED, other_cables, other_steps, without_slips
+from diagnosis.planted import FORGOTTEN_SLIPS, PLANTED, farther, other_cables, other_steps, without_slips
 from diagnosis.simulated import LOSSY, Case, diagnosed, recorded
 
 from prb3r.diagnosis import investigate as around
@@ -39,6 +39,20 @@ from prb3r.recording.writing import write_again
 def rig():
     """A rig of which the file says all but a weak plate."""
     return recorded(Case())
+
+
+@pytest.mark.parametrize(
+    ("factor", "said"), [(2.0, "are the distances of opposite holes"), (0.5, "are half of what they should be")]
+)
+def test_holes_at_twice_or_half_their_distance_are_suspected_where_the_modulus_is_stated(factor, said):
+    """Readings alone hardly tell it from another modulus, which is why it is no more than a rival of effects."""
+    wrong = farther(recorded(Case(hidden=())), factor)
+    assert find_blunder(replace(wrong, prior=Prior()), Settings(), faint=True) is None
+    found = find_blunder(replace(wrong, prior=Prior(youngs_modulus=0.05)), Settings(), faint=True)
+    assert found is not None
+    assert found.faint
+    assert found.blunder == f"offset_m of all cables {said}"
+    np.testing.assert_allclose(found.mended.manipulator.chain().offset, rig().manipulator.chain().offset)
 
 
 @cache
@@ -211,7 +225,7 @@ def test_a_mistaken_unit_is_tried_at_the_stiffness_that_it_would_leave():
     """Weights in kilograms make the arm look as soft as gravity says; a right recording gives no such constants."""
     open_rig = replace(rig(), prior=Prior())
     mistaken = attempt_on(PLANTED["weights noted as newtons are kilograms"](open_rig), Settings())
-    *_, fitted, as_newtons = (constants.log_stiffness for constants in mistaken.grid)
+    *_, fitted, as_newtons, _ = (constants.log_stiffness for constants in mistaken.grid)
     assert fitted < -1.5
     assert as_newtons == pytest.approx(fitted + np.log(9.80665))
     assert abs(as_newtons) < 0.3

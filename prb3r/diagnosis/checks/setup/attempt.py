@@ -106,11 +106,11 @@ def states_at(grid: Sequence[Constants], predictors: Sequence[Predictor]) -> lis
 
 
 def _around(fitted: Constants, gravity: float) -> list[Constants]:
-    """The fitted constants, and those that would fit had newtons and kilograms been mistaken for each other, where that
-    brings the stiffness nearer to the nominal one."""
-    stiffness, unit = fitted.log_stiffness, float(np.log(gravity))
-    nearer = stiffness - np.copysign(unit, stiffness)
-    return [fitted, *([fitted._replace(log_stiffness=float(nearer))] if abs(nearer) < abs(stiffness) else [])]
+    """The fitted constants, and those that would fit had newtons and kilograms been mistaken for each other, or offsets
+    for their halves, where that brings the stiffness nearer to the nominal one."""
+    stiffness = fitted.log_stiffness
+    mistaken = [float(stiffness - np.copysign(np.log(factor), stiffness)) for factor in (gravity, 2.0)]
+    return [fitted, *(fitted._replace(log_stiffness=other) for other in mistaken if abs(other) < abs(stiffness))]
 
 
 def _settled(recording: Recording, rows: np.ndarray, fitted: Standing, trying: Trier) -> Standing:

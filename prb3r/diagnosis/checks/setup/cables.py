@@ -1,4 +1,4 @@
-"""Blunders with cables: exchanged, on the wrong side, tied to the wrong segment."""
+"""Blunders with cables: exchanged, on the wrong side, at the wrong distance, tied to the wrong segment."""
 
 from collections.abc import Iterator
 from functools import partial
@@ -6,7 +6,7 @@ from itertools import combinations
 
 import numpy as np
 
-from prb3r.diagnosis.checks.setup.remedy import Mended, Remedy, parts_of, with_manipulator, with_steps
+from prb3r.diagnosis.checks.setup.remedy import Mended, Remedy, later_parts, parts_of, with_manipulator, with_steps
 from prb3r.markdown import listed
 from prb3r.model.manipulator import Cable, Manipulator
 from prb3r.recording.recording import Recording
@@ -16,24 +16,26 @@ def cable_blunders(recording: Recording) -> Iterator[Remedy]:
     """The remedies of all blunders with cables that a recording could hold."""
     yield from _exchanges(recording)
     yield from _sides(recording)
+    yield from _distances(recording.manipulator)
     yield from _ends(recording.manipulator)
 
 
 def _exchanges(recording: Recording) -> Iterator[Remedy]:
-    """Weights of two cables noted in each other's column, in all sequences or in one."""
+    """Weights of two cables noted in each other's column, in all sequences, in one, or from a step on."""
     pulled = recording.loads.tension > 0
     for first, second in combinations(range(pulled.shape[1]), 2):
         pair = tuple(recording.manipulator.cable_names[k] for k in (first, second))
         concerned = pulled[:, first] | pulled[:, second]
         if not concerned.any() or _alike(recording.manipulator, *pair):
             continue
-        for rows, where in parts_of(recording, concerned):
-            yield Remedy(
-                "cables exchanged once" if where else "cables exchanged",
-                f"cables {listed(pair)} are exchanged{where}",
-                "steps",
-                partial(_exchanged, pair=pair, rows=rows),
-            )
+        for when, parts in (("once", parts_of), ("from a step on", later_parts)):
+            for rows, where in parts(recording, concerned):
+                yield Remedy(
+                    f"cables exchanged {when}" if where else "cables exchanged",
+                    f"cables {listed(pair)} are exchanged{where}",
+                    "steps",
+                    partial(_exchanged, pair=pair, rows=rows),
+                )
 
 
 def _alike(manipulator: Manipulator, first: str, second: str) -> bool:
@@ -72,7 +74,7 @@ def _sides(recording: Recording) -> Iterator[Remedy]:
     cables = [cable for cable in recording.manipulator.cable if cable.name in _pulled(recording)]
     chosen = [[cable] for cable in cables] + ([cables] if len(cables) > 1 else [])
     for some in chosen:
-        turned = {cable.name: _turned(cable) for cable in some}
+        turned = {cable.name: _times(cable, -1.0) for cable in some}
         names = f"of cable {some[0].name}" if len(some) == 1 else "of every cable"
         yield Remedy(
             "sides",
@@ -82,16 +84,26 @@ def _sides(recording: Recording) -> Iterator[Remedy]:
         )
 
 
+def _distances(manipulator: Manipulator) -> Iterator[Remedy]:
+    """Offsets of all cables that are twice or half of what they should be."""
+    for factor, words in ((0.5, "are the distances of opposite holes"), (2.0, "are half of what they should be")):
+        moved = {cable.name: _times(cable, factor) for cable in manipulator.cable}
+        if moved:
+            change = partial(_with_cables, cables=moved)
+            yield Remedy("distances", f"offset_m of all cables {words}", "manipulator", change)
+
+
 def _pulled(recording: Recording) -> list[str]:
     """Names of the cables that are ever loaded."""
     used = np.any(recording.loads.tension > 0, axis=0).tolist()
     return [name for name, loaded in zip(recording.manipulator.cable_names, used, strict=True) if loaded]
 
 
-def _turned(cable: Cable) -> Cable:
-    """A cable on the other side of the backbone: its offsets have the other sign."""
-    offset = [-value for value in cable.offset_m] if isinstance(cable.offset_m, list) else -cable.offset_m
-    return cable.model_copy(update={"offset_m": offset})
+def _times(cable: Cable, factor: float) -> Cable:
+    """A cable with its offsets multiplied by a factor; with -1 it is on the other side of the backbone."""
+    offset = cable.offset_m
+    several = [factor * value for value in offset] if isinstance(offset, list) else factor * offset
+    return cable.model_copy(update={"offset_m": several})
 
 
 def _ends(manipulator: Manipulator) -> Iterator[Remedy]:

@@ -6,7 +6,7 @@ from itertools import combinations, pairwise
 
 import numpy as np
 
-from prb3r.diagnosis.checks.setup.remedy import Mended, Remedy, with_labels, with_values
+from prb3r.diagnosis.checks.setup.remedy import Mended, Remedy, later_parts, parts_of, with_labels, with_values
 from prb3r.diagnosis.settings import Settings
 from prb3r.recording.recording import Kind, Recording
 
@@ -23,7 +23,11 @@ def _views(recording: Recording, settings: Settings) -> Iterator[Remedy]:
     kinds = [kind for kind in Kind if (recording.readings.kind == kind).any()]
     across = [kind for kind in kinds if kind != Kind.X]
     if across:
-        yield _factor("mirrored", "the pictures are mirrored: the rig was seen from behind", across)
+        read = np.bincount(recording.readings.step, minlength=len(recording.of_sequence)) > 0
+        for when, parts in (("once", parts_of), ("from a sequence on", partial(later_parts, within=False))):
+            for rows, where in parts(recording, read):
+                words = f"the pictures{where} are mirrored: the rig was seen from behind"
+                yield _factor(f"mirrored {when}" if where else "mirrored", words, across, steps=rows)
     if set(kinds) >= {Kind.X, Kind.Y}:
         yield _factor("axes", "x_m and y_m point the wrong way", [Kind.X, Kind.Y])
         yield _factor("axes", "x_m points toward the base", [Kind.X])
@@ -35,12 +39,19 @@ def _views(recording: Recording, settings: Settings) -> Iterator[Remedy]:
             yield _factor("degrees", f"{turned.column} is in degrees", [turned], np.pi / 180)
 
 
-def _factor(kind: str, blunder: str, kinds: Sequence[Kind], factor: float = -1.0) -> Remedy:
-    """The remedy that multiplies all readings of some kinds by a factor; the default changes their signs."""
+def _factor(
+    kind: str, blunder: str, kinds: Sequence[Kind], factor: float = -1.0, steps: np.ndarray | slice = slice(None)
+) -> Remedy:
+    """The remedy that multiplies all readings of some kinds by a factor; the default changes their signs.
+
+    `steps` (s,): a mask of the steps whose readings are concerned; absent: all.
+    """
 
     def mend(recording: Recording) -> Mended:
-        readings = recording.readings
-        return with_values(recording, np.where(np.isin(readings.kind, kinds), factor * readings.value, readings.value))
+        readings, wrong = recording.readings, np.zeros(len(recording.of_sequence), bool)
+        wrong[steps] = True
+        factors = np.where(np.isin(readings.kind, kinds) & wrong[readings.step], factor, 1.0)
+        return with_values(recording, factors * readings.value)
 
     return Remedy(kind, blunder, "markers", mend)
 

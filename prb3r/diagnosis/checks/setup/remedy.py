@@ -52,6 +52,26 @@ def parts_of(recording: Recording, concerned: np.ndarray) -> Iterator[tuple[np.n
             yield rows, f" in sequence {name}"
 
 
+def later_parts(recording: Recording, concerned: np.ndarray, within: bool = True) -> Iterator[tuple[np.ndarray, str]]:
+    """Steps (s,) in which a blunder counts that was made in the midst of a recording, as masks, each with the words for
+    it: from a step on, where the blunder would change a step before that and one after.
+
+    Parameters
+    ----------
+    concerned : as of :func:`parts_of`.
+    within : whether it could be made within a sequence, too, not only between two.
+    """
+    numbers, names = recording.steps["step"].to_numpy(), recording.sequences
+    for row in range(1, len(concerned)):
+        sequence = recording.of_sequence[row]
+        begins = recording.of_sequence[row - 1] != sequence
+        if begins and sequence == len(names) - 1:
+            continue  # of one sequence: one of parts_of
+        if (begins or within) and concerned[:row].any() and concerned[row:].any():
+            since = f"sequence {names[sequence]}" if begins else f"step {numbers[row]} of sequence {names[sequence]}"
+            yield np.arange(len(concerned)) >= row, f" from {since} on"
+
+
 def rewritten(recording: Recording, manipulator: Manipulator, steps: pd.DataFrame) -> Mended:
     """A recording with another manipulator and table of steps, and the same readings."""
     loads = loads_of(manipulator, manipulator.chain(), steps)

@@ -85,15 +85,18 @@ class Trier:
     def improbable(self, recording: Recording, constants: Constants) -> float:
         """Minus the ln of the prior density of the constants, up to a constant.
 
-        That of stiffness and friction is Gaussian with the spread of handbook values; that of the camera frame has the
-        stated standard deviations and is robust, as that of readings.
+        That of stiffness and friction is Gaussian with the spread of handbook values; what is stated of them and of the
+        camera frame is robust, as that of readings.
         """
         handbook = 0.5 * (constants.log_stiffness / self.settings.modulus_sd) ** 2
         handbook += 0.5 * (constants.log_friction / self.settings.friction_sd) ** 2
+        stiff = constants.log_stiffness / (recording.prior.youngs_modulus or np.inf)
+        rubbing = constants.log_friction / (recording.prior.friction_coefficient or np.inf)
         measurement = recording.measurement
         turned = constants.rotation / (measurement.frame_rotation_sd_rad or np.inf)
         moved = np.array([constants.x, constants.y]) / (measurement.frame_position_sd_m or np.inf)
-        return float(handbook + np.log1p(turned**2) + np.log1p(moved @ moved))
+        stated = np.log1p(stiff**2) + np.log1p(rubbing**2) + np.log1p(turned**2) + np.log1p(moved @ moved)
+        return float(handbook + stated)
 
     def framed(self, predict: Predictor, rows: np.ndarray, grid: Sequence[Constants], seen: "Sight") -> list[Standing]:
         """The standing of the recording of `predict` with each of the constants of a grid, the camera frame fitted.
