@@ -143,9 +143,11 @@ def _softening_sentence(fitted: Occurrence) -> str:
 
 def _relaxing(scope: Scope, place: Place) -> tuple[Free, ...]:
     """Free parameters of `plate_relaxation`: a share from a hundredth, which a steady pull would not show, to 0.8, as
-    of a soft plastic; a time constant from half a step, below which all has relaxed before it is read, to 200 steps, of
-    which the recording shows no more than a steady drift."""
-    return Free("share", 0.2, 0.01, 0.8, log=True), Free("steps", 5.0, 0.5, 200.0, log=True)
+    of a soft plastic, prior sd 0.7 of its logarithm about 0.2, as plastics mostly lose a tenth to a half in the minutes
+    of a recording; a time constant from half a step, below which all has relaxed before it is read, to 200 steps, of
+    which the recording shows no more than a steady drift, prior sd half a decade about five."""
+    share = Free("share", 0.2, 0.01, 0.8, log=True, sd=0.7)
+    return share, Free("steps", 5.0, 0.5, 200.0, log=True, sd=float(np.log(10)) / 2)
 
 
 def _relaxation_probes(scope: Scope, place: Place) -> tuple[tuple[float, ...], ...]:

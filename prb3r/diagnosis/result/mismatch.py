@@ -31,8 +31,9 @@ def mismatch_of(investigation: Investigation) -> Mismatch:
     """
     scores, fitted = investigation.unmet
     settings, structured = fitted.model.settings, investigation.choice.beyond_stated
-    fitted_alone = " in the sequences that were fitted" if investigation.why else ""
-    nothing = f"Nothing is left{fitted_alone} that chance does not explain."
+    nothing = "Nothing is left that chance does not explain."
+    if investigation.why:
+        nothing = "What is left in the sequences that were fitted is no larger than chance leaves."
     if not (investigation.named or investigation.choice.structured or investigation.why):
         return Mismatch((), (), (), nothing)
     strong = [

@@ -26,6 +26,10 @@ IN_PART = (
 )
 """What is said before effects that are named in part."""
 
+MUCH_NOISE = 2.0
+"""Factor on the stated noise from which on it is said beside chi-square, which is in units of the noise that was
+found."""
+
 
 def summary_lines(diagnosis: Diagnosis) -> list[str]:
     """The closing lines: verdict, named effects, alternatives, constants, errors on sequences set aside, notes, and
@@ -33,6 +37,8 @@ def summary_lines(diagnosis: Diagnosis) -> list[str]:
     fits = f"chi-square per degree of freedom {diagnosis.chi2.calibrated:.3g}"
     if diagnosis.effects:
         fits += f" with refitted constants alone, {diagnosis.chi2.explained:.3g} with what is named"
+    if diagnosis.noise.scale >= MUCH_NOISE:
+        fits += f" under {diagnosis.noise.scale:.2g} times the stated noise"
     mended = " once that is mended" if diagnosis.setup else ""
     lines = [*setup_sentences(diagnosis), f"{diagnosis.name}: {diagnosis.verdict}; {fits}{mended}"]
     if diagnosis.why:
