@@ -212,7 +212,9 @@ def scale(column: str | Quantity, unit: str) -> float:
     quantity = column if isinstance(column, Quantity) else describe(column)
     base, size = _in_si(unit)
     if base != quantity.unit:
-        raise ValueError(f"{quantity.name} is in {quantity.unit or 'text'} and cannot be shown in {unit}")
+        others = [name for name, (si, _) in SHOWN.items() if re.search(rf"\b{si}\b", quantity.unit)]
+        parts = f"; for units write {', '.join(others)}, and powers as in {quantity.unit}" if others else ""
+        raise ValueError(f"{quantity.name} is in {quantity.unit or 'text'} and cannot be shown in {unit}{parts}")
     return 1.0 / size
 
 

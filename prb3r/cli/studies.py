@@ -71,10 +71,10 @@ def _presented(result: "Result") -> "Ended":
     """
     from prb3r.present.study.current import Ended, publish_what_changed, record_end
 
-    files = publish_what_changed(result)
+    publish_what_changed(result)
     answers = _answers(result)
-    ended = Ended(_outcome(result, result.computed, files) + answers, result.failed > 0)
-    record_end(result, replace(ended, said=_outcome(result, 0, files) + answers))
+    ended = Ended(_outcome(result, result.computed) + answers, result.failed > 0)
+    record_end(result, replace(ended, said=_outcome(result, 0) + answers))
     return ended
 
 
@@ -131,13 +131,13 @@ def _forecast(plan: "Plan", jobs: int) -> str:
     return f"{plan.study.name}: {count(len(plan.cases), 'case')}, {stored} of them stored, {cost}, into {plan.folder}"
 
 
-def _outcome(result: "Result", computed: int, files: list[Path]) -> str:
+def _outcome(result: "Result", computed: int) -> str:
     """The closing line of a run: how many cases were computed, and the first that failed."""
     from prb3r.model.files.cells import count
 
     plan, cases = result.plan, len(result.cases)
     what = f"{computed} computed, {cases - computed} from earlier runs" if computed else "unchanged"
-    text = f"{plan.study.name}: {count(cases, 'case')} ({what}), {count(len(files), 'file')} in {result.folder}"
+    text = f"{plan.study.name}: {count(cases, 'case')} ({what}), the page to read is {result.folder / 'report.html'}"
     if result.failed:
         from prb3r.study.phrases import failures_in_words
 

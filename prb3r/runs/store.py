@@ -185,7 +185,7 @@ def read_arrow(path: Path) -> pa.Table:
         with pq.ParquetFile(path, page_checksum_verification=True) as file:
             return file.read()
     except FileNotFoundError:
-        raise SpecError(Problem(str(path), "no such table")) from None
+        raise SpecError(Problem(str(path), "no such table; `prb3r run` of its study writes it")) from None
     except (pa.ArrowException, OSError) as error:
         raise SpecError(
             Problem(str(path), f"is not a readable Parquet table ({str(error).partition(chr(10))[0]})")

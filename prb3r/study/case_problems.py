@@ -112,8 +112,13 @@ def _structure_problems(settings: Tree, manipulator: Manipulator) -> Iterator[st
     lists = {"broken": isinstance(settings["broken"], list), "step": isinstance(settings["step"], list)}
     tables = {"initial": settings["initial"], "sweep": settings["sweep"], "cloud": settings["cloud"]}
     tables |= {f"step.{k}": step for k, step in enumerate(settings["step"], 1)} if lists["step"] else {}
-    wrong = [f"{name} must be a list" for name, good in lists.items() if not good]
-    wrong += [f"{name} must be a table of loads" for name, part in tables.items() if not isinstance(part, dict)]
+    example = {"broken": '["up"]', "step": "[[step]] tables"}
+    wrong = [f"{name} must be a list: {example[name]}" for name, good in lists.items() if not good]
+    wrong += [
+        f"{name} must be a table of loads: {{ cable_up_n = 5.0 }}"
+        for name, part in tables.items()
+        if not isinstance(part, dict)
+    ]
     if wrong:
         yield from wrong
         return

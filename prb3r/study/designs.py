@@ -18,7 +18,7 @@ from prb3r.quantities import SHORT_FOR, Quantity, describe, printed, titled
 from prb3r.runs.provenance import read_manifest
 from prb3r.runs.store import read_arrow
 from prb3r.study.chunk import CASE_FAILED
-from prb3r.study.columns import described
+from prb3r.study.columns import described, made_by
 from prb3r.study.compare import select
 from prb3r.study.spec import Study
 from prb3r.study.wishes import Criterion, Wishes, load_wishes, plain_text
@@ -262,7 +262,9 @@ def _check(cases: DesignCases, where: str, place_in: Callable[[Keys], str]) -> N
         absent = [name for name in (criterion.metric, *criterion.where) if name not in frame]
         for name in absent:
             key = (*keys, "metric") if name == criterion.metric else (*keys, "where", name)
-            problems.append(Problem(place_in(key), f"there is no column {name!r}{did_you_mean(name, frame)}"))
+            problems.append(
+                Problem(place_in(key), f"there is no column {name!r}{made_by(name) or did_you_mean(name, frame)}")
+            )
         if absent:
             continue
         if not pd.api.types.is_numeric_dtype(frame[criterion.metric]):

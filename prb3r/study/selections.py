@@ -16,6 +16,9 @@ from prb3r.study.loads import load_columns
 from prb3r.study.metrics.response import last_loop
 from prb3r.study.spec import Study
 
+VALUES_LISTED = 6
+"""Values that a message lists at most."""
+
 
 def selection_problems(study: Study, cases: Cases) -> Iterator[tuple[Keys, str]]:
     """Problems of selections whose values of factors and broken cables no case has, with their keys in the spec.
@@ -35,7 +38,8 @@ def selection_problems(study: Study, cases: Cases) -> Iterator[tuple[Keys, str]]
     for keys, where in selections:
         wanted = {name: value for name, value in where.items() if name in known}
         if wanted and select(frame, wanted).empty:
-            yield keys, f"no case has {', '.join(f'{name} = {_said(value)}' for name, value in wanted.items())}"
+            had = "; ".join(f"{name} is {_some(frame[name])}" for name in wanted)
+            yield keys, f"no case has {', '.join(f'{name} = {_said(value)}' for name, value in wanted.items())}: {had}"
 
 
 def lacking_problems(study: Study, cases: Cases) -> Iterator[tuple[Keys, str]]:
@@ -137,6 +141,13 @@ def _selections(study: Study) -> Iterator[tuple[Keys, Mapping[str, Any]]]:
     yield from ((("fit", number), fit.where) for number, fit in enumerate(study.fit))
     yield from ((("comparison", number), comparison.to) for number, comparison in enumerate(study.comparison))
     yield from ((keys, criterion.where) for keys, criterion in criteria_of(study))
+
+
+def _some(values: pd.Series) -> str:
+    """Up to `VALUES_LISTED` of the values that cases have, each once."""
+    known = list(dict.fromkeys(values))
+    more = f" or one of {len(known) - VALUES_LISTED} more" if len(known) > VALUES_LISTED else ""
+    return ", ".join(map(repr, known[:VALUES_LISTED])) + more
 
 
 def _said(value: Any) -> str:
