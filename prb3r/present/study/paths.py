@@ -103,7 +103,8 @@ class _Way:
         return corners[np.isfinite(corners).all(1)]
 
     def draw(self, axes: Axes, look: style.Look) -> None:
-        """Draw manipulators, the way of the disk, targets, and a line from each missed target to the disk."""
+        """Draw manipulators, the way of the disk and targets; a line from each missed one to the disk, and the number
+        of the first."""
         draw_ghost(axes, self.rest)
         strongest = max((tension.max() for drawn in self.bodies for tension in drawn.tensions), default=0.0)
         for drawn in self.bodies:
@@ -114,6 +115,11 @@ class _Way:
             axes.plot(*1e3 * wanted, **(REACHED if reached else MISSED), zorder=3.4)
             if not reached:
                 axes.plot(*1e3 * np.stack([wanted, place[:2]], 1), color=style.ALARM, lw=0.5, zorder=3.1)
+        if not self.reached.all():
+            first = int(np.argmin(self.reached))
+            x, y, *_ = 1e3 * np.array(self.targets[first].wanted, float)
+            if np.isfinite([x, y]).all():
+                axes.annotate(f"{first + 1}", (x, y), (-2, -11), textcoords="offset points", color=style.ALARM, size=7)
 
 
 def targets_of_case(scene: Scene, case: int) -> list[Target]:
