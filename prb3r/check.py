@@ -124,10 +124,14 @@ def _check_study(path: Path) -> str:
         steps = [] if settings["cloud"] or settings["reach"] else [settings["initial"], *settings["step"]]
         declared = {name for step in steps for name in step if name.startswith("slip_")}
         arm = family.manipulator()
-        columns = load_columns(settings, len(family)) if steps else {}
-        late = let_go_as_drawn(arm, [drawn_while_let_go(columns, name) for name in arm.cable_names])
-        for what in filter(None, (ignored_slips(arm, declared), late)):
+        if what := ignored_slips(arm, declared):
             ignored[what] = ignored.get(what, 0) + len(family)
+        columns = load_columns(settings, len(family)) if steps else {}
+        alive = [name for name in arm.cable_names if name not in settings["broken"]]
+        late = {name: drawn_while_let_go(columns, name) for name in alive}
+        if what := let_go_as_drawn(arm, [name in late and bool(late[name].any()) for name in arm.cable_names]):
+            cases = zip(*(drawn.tolist() for drawn in late.values()), strict=True)
+            ignored[what] = ignored.get(what, 0) + sum(map(any, cases))
     remarks = [f"{what}, in {number} of them" for what, number in ignored.items()]
     remarks += _dropped_loads(plan.study)
     most = "at most " if plan.study.search is not None else ""

@@ -38,6 +38,7 @@ def limit_load(
     Parameters
     ----------
     from_rest : grow the last step's loads from zero, without the steps before; else follow `path` and grow from there.
+        Where plates relax, each load from zero is held for a step, and one beyond the path acts at once.
     most : largest factor that is tried.
     tolerance : relative accuracy of the factor.
 
@@ -67,7 +68,8 @@ def limit_load(
             travel=(0.0 if from_rest else last.travel) + np.abs(factors - start)[:, None] * last.tension,
         )
         steps = Loads(*(np.concatenate(pair) for pair in zip(before, more, strict=True)))
-        return solve_chain(chain, steps, eigenvalue=True, only_its_sign=True).outcome
+        anew = from_rest and chain.relaxation != 0
+        return solve_chain(chain, steps, from_rest=anew, eigenvalue=True, only_its_sign=True).outcome
 
     ended = outcomes(trial)
     if (ended[: before.steps] != Outcome.CONVERGED).any():

@@ -236,11 +236,11 @@ def follow(packed, program, modes, space, history, work, path):
             continue  # the next step goes on from the last good one
         last = s
         since = rows[s, elapsed]
-        if relaxes:
-            relax(packed)
         save(packed, work, good)
         write_step(packed, s - 1, path)
         if modes is not None:
             write_tied(packed, s - 1, work, path)
         elif eigenvalue and not loaded and history is None:
             write_lowest(packed, s - 1, path)
+        if relaxes:
+            relax(packed)

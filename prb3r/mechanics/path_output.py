@@ -6,6 +6,7 @@ import numpy as np
 
 from prb3r.mechanics.bundle import bundle
 from prb3r.mechanics.kernel import kernel
+from prb3r.mechanics.relaxation import relaxed_before
 from prb3r.mechanics.stability import plate_moments
 
 
@@ -101,5 +102,6 @@ def write_tied(packed, s, work, path):
     for i in range(path.moment.shape[1]):
         for k in range(n):
             plate = packed.plate[i]
-            path.moment[s, i, k + 1] = packed.model[0].stiff * plate.stiffness[k] * (plate.q[k] - plate.rest[k])
+            borne = packed.model[0].stiff * plate.stiffness[k] * (plate.q[k] - plate.rest[k])
+            path.moment[s, i, k + 1] = borne - relaxed_before(packed.model[0], plate)
         path.moment[s, i, 0], path.moment[s, i, n + 1] = path.moment[s, i, 1], path.moment[s, i, n]

@@ -36,7 +36,14 @@ def wait(packed, moment, elapsed, waited):
         model.follows = -expm1(-waited / model.relaxation_time)
         model.stiff *= 1.0 - model.follows * model.relaxation
     for i in range(len(moment)):
-        packed.plate[i].extra = moment[i] + (1.0 - model.follows) * packed.plate[i].relaxed
+        packed.plate[i].extra = moment[i] + relaxed_before(model, packed.plate[i])
+
+
+@kernel
+def relaxed_before(model, plate):
+    """What is left in the present state of the moment that a plate had lost at the last solved step, N m.  It acts on
+    the balance as an extra moment, but no plate bears it."""
+    return (1.0 - model.follows) * plate.relaxed
 
 
 @kernel
@@ -63,7 +70,7 @@ def relaxed_moment(model, plate):
         elastic = law_of_plate(model, plate, k, plate.q[k] - plate.rest[k])[0]
         mean += node_weight(plate, k) * plate.stiffness[k] * elastic
     mean *= model.stiff / (1.0 - model.follows * model.relaxation) / all_nodes(plate)
-    return (1.0 - model.follows) * plate.relaxed + model.follows * model.relaxation * mean
+    return relaxed_before(model, plate) + model.follows * model.relaxation * mean
 
 
 @kernel

@@ -11,6 +11,7 @@ from prb3r.mechanics.balance import linearise_plate
 from prb3r.mechanics.bending import contact
 from prb3r.mechanics.block_eigenvalue import lowest_of_block
 from prb3r.mechanics.kernel import kernel
+from prb3r.mechanics.relaxation import relaxed_before
 
 
 @kernel
@@ -38,14 +39,15 @@ def write_lowest(packed, s, path):
 def plate_moments(packed, out):
     """Write the bending moment (N m) where each arc begins, at its nodes and where it ends to `out` (plates, n + 2).
 
-    At the nodes it is the balance's own moment ``M(P)``, less what touching disks carry, so that ``M / EI`` is the
-    curvature of a linear plate there.
+    At the nodes it is the balance's own moment ``M(P)``, less what touching disks carry and what has relaxed, so that
+    ``M / EI`` is the curvature of a linear plate there that does not relax.
     """
     n = out.shape[1] - 2
     for i in range(len(packed.span)):
         plate = packed.plate[i]
         fx, fy = plate.wrench[0] + plate.load[0], plate.wrench[1] + plate.load[1]
-        moment = plate.wrench[2] + plate.load[2] + plate.extra - contact(plate)[0]  # the disks carry the last term
+        moment = plate.wrench[2] + plate.load[2] + plate.extra - relaxed_before(packed.model[0], plate)
+        moment -= contact(plate)[0]  # which the disks carry
         out[i, 0] = moment - plate.clamp * fy
         for k in range(n):
             out[i, k + 1] = moment - (plate.node[0, k] * fy - plate.node[1, k] * fx)

@@ -114,18 +114,29 @@ def ignored_slips(manipulator: Manipulator, columns: Iterable[str], table: str =
     return f"{', '.join(slips)}{of} ignored: friction follows the cables' own travel (history)" if slips else ""
 
 
+LET_GO = 0.01
+"""Fall of a tension, over its value before, from which on a cable counts as let go.  Choice: a hundredth is no more
+than what a load cell scatters by."""
+
+
+def let_go(before: np.ndarray, after: np.ndarray) -> np.ndarray:
+    """Whether tensions fall from one step to the next, but not to nothing."""
+    return (after < (1 - LET_GO) * before) & (after > 0)
+
+
 def let_go_as_drawn(manipulator: Manipulator, suspect: Sequence[bool]) -> str:
     """A sentence on cables that are let go and yet count as drawn in throughout; empty if there are none, or if slip is
     not declared or not felt.
 
     Parameters
     ----------
-    suspect : (m,) whether the tension of each cable falls from one step to the next, but not to nothing, and its slip
-        is -1 at every step.
+    suspect : (m,) whether each cable does so, by the loads alone (`let_go`); dead cables do not count.
     """
     chain, cables = manipulator.chain(), manipulator.cable_names
-    names = [name for name, drawn in zip(cables, suspect, strict=True) if drawn]
-    if not names or manipulator.follows_history or not (chain.friction.any() or np.any(chain.pulley != 1)):
+    felt = chain.friction.any() or np.any(chain.pulley != 1) or chain.hole_drag
+    alive = (chain.reach > 0).tolist()
+    names = [name for name, drawn, lives in zip(cables, suspect, alive, strict=True) if drawn and lives]
+    if not names or manipulator.follows_history or not felt:
         return ""
     are, say = ("is", "says") if len(names) == 1 else ("are", "say")
     slips = listed([f"slip_{name}" for name in names])

@@ -13,7 +13,7 @@ from prb3r.mechanics.chain import Chain, Loads
 from prb3r.model.files.cells import blank_rows, numbers, with_keys
 from prb3r.model.files.table import read_table
 from prb3r.model.manipulator import Manipulator
-from prb3r.model.step_checks import TIME, step_problems, with_whole_names
+from prb3r.model.step_checks import TIME, let_go, step_problems, with_whole_names
 
 HELD_N = 0.1
 """Least change of tension that counts for the rate of a cable, N, as creep or the control of a held tension causes it.
@@ -55,7 +55,7 @@ class LoadTable:
     def let_go_as_drawn(self) -> np.ndarray:
         """(m,) whether each cable is let go at some step, but not to nothing, and counts as drawn in at every one."""
         tension, slip = self.loads.tension, self.loads.slip
-        falls = (tension[1:] < tension[:-1]) & (tension[1:] > 0) & ~self.begins[1:, None]
+        falls = let_go(tension[:-1], tension[1:]) & ~self.begins[1:, None]
         return falls.any(0) & (slip == -1).all(0)
 
     def sequences(self) -> Iterator[LoadSequence]:

@@ -28,8 +28,8 @@ def creeping(recording: Recording) -> Iterator[str]:
     if chance < RATE and shares.mean() > LEAST:
         yield (
             f"readings move on while loads are held: at {count} holds by {100 * shares.mean():.0f} % of what the step "
-            "before had moved them, on the average; something creeps or gives way with time, as polymers do and no "
-            "plate of the model does: read at one time after each load, or compare states of one age alone"
+            "before had moved them, on the average; something creeps or gives way with time, as polymers do "
+            "(plate_relaxation): read at one time after each load, or note the times (time_s)"
         )
 
 

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from prb3r.model.step_checks import let_go
 from prb3r.study.rounding import short, significant
 from prb3r.study.tree import Tree
 
@@ -71,9 +72,11 @@ def _swept(sweep: Tree | None, before: list[dict[str, Any]]) -> Iterator[dict[st
         value = turn
 
 
-def drawn_while_let_go(columns: dict[str, np.ndarray], cable: str) -> bool:
-    """As `LoadTable.let_go_as_drawn`, of one cable in any case, from the columns of :func:`load_columns`."""
+def drawn_while_let_go(columns: dict[str, np.ndarray], cable: str) -> np.ndarray:
+    """(count,) as `LoadTable.let_go_as_drawn`, of one cable in every case, from the columns of :func:`load_columns`."""
+    count = len(next(iter(columns.values()), ()))
     pulls = next((columns[name] for name in (f"cable_{cable}_n", f"cable_{cable}_kg") if name in columns), None)
-    if pulls is None or np.any(columns.get(f"slip_{cable}", -1.0) != -1.0):
-        return False
-    return bool(np.any((pulls[:, 1:] < pulls[:, :-1]) & (pulls[:, 1:] > 0)))
+    if pulls is None:
+        return np.zeros(count, bool)
+    drawn = np.broadcast_to(columns.get(f"slip_{cable}", -1.0), pulls.shape) == -1.0
+    return drawn.all(1) & let_go(pulls[:, :-1], pulls[:, 1:]).any(1)

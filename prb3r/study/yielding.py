@@ -6,6 +6,8 @@ from prb3r.model.files.cells import count
 from prb3r.study.spec import Study
 
 SAFETY = "safety_factor"
+OF_STRENGTH = {SAFETY, "peak_stress_pa", "peak_strain"}
+"""Columns of the metric `safety`."""
 
 
 def yield_warnings(cases: pd.DataFrame, study: Study) -> list[str]:
@@ -15,14 +17,14 @@ def yield_warnings(cases: pd.DataFrame, study: Study) -> list[str]:
     ----------
     cases : the table of all cases; without the column of the metric `safety` there is no warning.
     """
-    if SAFETY not in cases or any(requirement.metric == SAFETY for requirement in study.requirement):
+    if SAFETY not in cases or any(requirement.metric in OF_STRENGTH for requirement in study.requirement):
         return []
     yields = cases[SAFETY] < 1
     if not yields.any():
         return []
     worst = cases.loc[cases[SAFETY].idxmin()]
     return [
-        f"Plates would yield in {yields.sum()} of {count(len(cases), 'case')}, which nothing here counts against them: "
+        f"Plates would yield in {yields.sum()} of {count(len(cases), 'case')}, which no requirement rules out: "
         f"the lowest safety factor is {worst[SAFETY]:.3g}, in case {worst['case_id']}. "
         f"A requirement on {SAFETY} (at_least) excludes such designs."
     ]

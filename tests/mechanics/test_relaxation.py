@@ -115,3 +115,14 @@ def test_derivatives_by_share_and_time_are_those_of_whole_solves(name):
     ahead, behind = (solve_chain(*problem(value + side * step)) for side in (1, -1))
     expected = (ahead.angle - behind.angle) / (2 * step)
     assert np.abs(found.dangle[..., 0] - expected).max() < 1e-6 * np.abs(expected).max()
+
+
+@pytest.mark.parametrize("tied", [False, True])
+def test_a_plate_bears_the_moment_that_acts_however_far_it_has_crept(tied):
+    """Statics: the same while it creeps, and nothing once it is let go."""
+    chain = relaxing(cantilever(1))._replace(tied=tied)
+    steps = loads(chain, np.zeros((4, 0)), moment=np.array([0.2, 0.2, 0.2, 0.0])[:, None])
+    found = solve_chain(chain, steps._replace(elapsed=np.arange(4.0)[:, None]))
+    assert np.ptp(found.angle[:3, -1]) > 0.01
+    assert found.moment[:3] == pytest.approx(0.2, abs=1e-12)
+    assert found.moment[3] == pytest.approx(0.0, abs=1e-12)

@@ -46,6 +46,6 @@ def test_yield_is_told_where_no_requirement_judges_it(tmp_path, asked):
     assert ran.returncode == 0, ran.stderr
     worst = pd.read_parquet(tmp_path / "pull" / "cases.parquet")["safety_factor"].min()
     assert worst < 1
-    told = f"1 of 2 cases, which nothing here counts against them: the lowest safety factor is {worst:.3g}"
+    told = f"1 of 2 cases, which no requirement rules out: the lowest safety factor is {worst:.3g}"
     for text in (ran.stdout, (tmp_path / "pull" / "summary.md").read_text()):
         assert (told in text) == (not asked)

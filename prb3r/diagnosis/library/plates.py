@@ -286,6 +286,7 @@ PLATE_SUSPECTS = (
         "plate_relaxation",
         sentence=_relaxation_sentence,
         transfer=as_it_is,
+        places=lambda scope: whole_rig_if(scope.unloads),  # under loading alone, much the same as plates that soften
         free=_relaxing,
         probes=_relaxation_probes,
         shared=OF_THE_MATERIAL,

@@ -47,10 +47,11 @@ def drive_tension(manipulator: Manipulator, chain: Chain, cable: str, segment: i
     column = manipulator.cable_names.index(cable)
 
     def bends(pulls: np.ndarray) -> np.ndarray:
-        """(s,) magnitude of the segment's bend, rad, under tensions `pulls` (s,), N, applied one after the other."""
+        """(s,) magnitude of the segment's bend, rad, under tensions `pulls` (s,), N, applied one after the other; where
+        plates relax, each from rest and held for a step."""
         tension = np.zeros((len(pulls), len(manipulator.cable)))
         tension[:, column] = pulls
-        states = equilibria_of(chain, loads(chain, tension))
+        states = equilibria_of(chain, loads(chain, tension), from_rest=chain.relaxation != 0)
         return np.abs(states.angle[:, end] - states.angle[:, start])
 
     grid = np.linspace(0.0, up_to, 41)
