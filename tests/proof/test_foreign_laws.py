@@ -23,11 +23,11 @@ from prb3r.proof.rig.effects import RECORDS
 def leaking():
     """The diagnosis of a rig whose cables drag each other along: tensions grow by 7 % of the sum of the others.
 
-    A payload that is larger than noted would imitate that too well.
+    A payload that is larger than noted, or load cells that all read too little, would imitate that too well.
     """
     design = drawn_design((201, 3, Flavour.PLAIN))
     recording = recording_of(design, Label(0, "foreign", 3, 1417186782690373192, foreign=("leak", 0.07)))
-    return investigate(Task(recording, without=frozenset({"payload_scale"})))
+    return investigate(Task(recording, without=frozenset({"payload_scale", "load_cell"})))
 
 
 @pytest.mark.long
