@@ -42,7 +42,11 @@ def rig():
 
 
 @pytest.mark.parametrize(
-    ("factor", "said"), [(2.0, "are the distances of opposite holes"), (0.5, "are half of what they should be")]
+    ("factor", "said"),
+    [
+        (2.0, "are the distances of opposite holes"),
+        pytest.param(0.5, "are half of what they should be", marks=pytest.mark.long),
+    ],
 )
 def test_holes_at_twice_or_half_their_distance_are_suspected_where_the_modulus_is_stated(factor, said):
     """Readings alone hardly tell it from another modulus, which is why it is no more than a rival of effects."""

@@ -86,7 +86,9 @@ CHAINS = {
 }
 
 
-@pytest.mark.parametrize("name", CHAINS)
+@pytest.mark.parametrize(
+    "name", ["soft", *(pytest.param(name, marks=pytest.mark.long) for name in CHAINS if name != "soft")]
+)
 def test_derivatives_are_those_of_whole_solves(name):
     chain = CHAINS[name]
     tension = np.zeros((5, 4))
