@@ -14,7 +14,7 @@ from prb3r.mechanics.kernel import kernel
 from prb3r.mechanics.load_row import blend, slip_from_the_start
 from prb3r.mechanics.march import FAILED, MAX_ITERATIONS, TOLERANCE, march
 from prb3r.mechanics.newton import balance_chain
-from prb3r.mechanics.relaxation import wait
+from prb3r.mechanics.relaxation import put_stiffness
 from prb3r.mechanics.tangent import chain_tangent
 
 JUMPED = -2
@@ -29,7 +29,7 @@ class Way(NamedTuple):
     """(s + 1, l) loads at rest and at each step, as of `rows_of_loads`."""
     ends: np.ndarray
     """(2,) row from which the way starts, and row to which it leads."""
-    takes: np.ndarray
+    duration: np.ndarray
     """(1,) time that the way takes, in steps."""
 
 
@@ -80,7 +80,7 @@ def put_on(packed, way, share, now):
         slip_from_the_start(target, now)
     for j in range(len(now.tension)):
         now.tension[j] = max(now.tension[j], 0.0)
-    wait(packed, now.moment, now.elapsed[0], share * way.takes[0])
+    put_stiffness(packed, now.moment, now.elapsed[0], share * way.duration[0])
 
 
 @kernel

@@ -206,7 +206,7 @@ def follow(packed, program, modes, space, history, work, path):
         end = path.reached[s - 2]  # part of the step before that was reached, if it failed
         known = farther > end + space.smallest[0] * max(end, 1.0 / 64) > 0.0
         loaded, taken = dead[s] or dead[last], GAVE_UP if rest == GAVE_UP else FAILED
-        way.ends[0], way.ends[1], way.takes[0] = last, s, rows[s, elapsed] - since
+        way.ends[0], way.ends[1], way.duration[0] = last, s, rows[s, elapsed] - since
         if known:
             taken = path.status[s - 2, 0]
             space.reached[0] = end / farther

@@ -119,7 +119,7 @@ def model_fields(n: int, links: int) -> list[tuple]:
         ("softening", float),
         ("relaxation", float),
         ("relaxation_time", float),
-        ("follows", float),  # part by which relaxation has followed since the last solved step, in the present state
+        ("decayed", float),  # relaxation: 1 - exp(-time since the last solved step / time constant), present state
         ("stiff", float),  # remaining stiffness of the plates over the initial one, in the present state
         ("friction_exponent", float),
         ("friction_tension", float),

@@ -27,14 +27,14 @@ from prb3r.mechanics.kernel import kernel
 
 
 @kernel
-def wait(packed, moment, elapsed, waited):
-    """Write remaining stiffness and extra moments of a state to the records: what acts (`moment`, (n,), N m), and what
-    relaxes in the time `waited` since the last solved step."""
+def put_stiffness(packed, moment, elapsed, waited):
+    """Write the remaining stiffness and the extra moments of a state to the records: of what acts (`moment`, (n,), N m)
+    and of what relaxes in the time `waited` since the last solved step, in steps."""
     model = packed.model[0]
-    model.stiff, model.follows = 1.0 - model.softening * elapsed, 0.0
+    model.stiff, model.decayed = 1.0 - model.softening * elapsed, 0.0
     if model.relaxation != 0.0:
-        model.follows = -expm1(-waited / model.relaxation_time)
-        model.stiff *= 1.0 - model.follows * model.relaxation
+        model.decayed = -expm1(-waited / model.relaxation_time)
+        model.stiff *= 1.0 - model.decayed * model.relaxation
     for i in range(len(moment)):
         packed.plate[i].extra = moment[i] + relaxed_before(model, packed.plate[i])
 
@@ -43,7 +43,7 @@ def wait(packed, moment, elapsed, waited):
 def relaxed_before(model, plate):
     """What is left in the present state of the moment that a plate had lost at the last solved step, N m.  It acts on
     the balance as an extra moment, but no plate bears it."""
-    return (1.0 - model.follows) * plate.relaxed
+    return (1.0 - model.decayed) * plate.relaxed
 
 
 @kernel
@@ -69,8 +69,8 @@ def relaxed_moment(model, plate):
     for k in range(plate.q.shape[0]):
         elastic = law_of_plate(model, plate, k, plate.q[k] - plate.rest[k])[0]
         mean += node_weight(plate, k) * plate.stiffness[k] * elastic
-    mean *= model.stiff / (1.0 - model.follows * model.relaxation) / all_nodes(plate)
-    return relaxed_before(model, plate) + model.follows * model.relaxation * mean
+    mean *= model.stiff / (1.0 - model.decayed * model.relaxation) / all_nodes(plate)
+    return relaxed_before(model, plate) + model.decayed * model.relaxation * mean
 
 
 @kernel

@@ -19,7 +19,8 @@ ALIKE_SHARE = 0.05
 LEVEL = 0.02
 """Difference of scores below which designs are called level, as weights are not known that well."""
 MOST_LEVEL = 3
-"""Largest number of level designs that are told by name; of more the best in each preference, and a compromise."""
+"""Largest number of level designs that are told by name; of more the best in each preference, and a compromise.
+Choice: names of designs are long."""
 MOST_TOLD = 12
 """Largest number of designs that are described one by one."""
 

@@ -118,3 +118,12 @@ def test_a_branch_that_ends_is_not_jumped_over():
     assert outcomes(1) == ["converged", "limit point"]
     assert outcomes(200)[:184] == ["converged"] * 184
     assert outcomes(200)[184] == "limit point"
+
+
+def test_a_column_that_relaxes_buckles_under_the_load_that_is_left_after_a_step():
+    """Euler's load times what the plates bear of their moment when each load has been held for a step."""
+    share, time = 0.4, 2.0
+    chain = cantilever(4)._replace(relaxation=share, relaxation_time=time)
+    limit = limit_load(chain, loads(chain, NO_CABLES, tip=(-1, 0)), from_rest=True)
+    left = 1 + share * np.expm1(-1 / time)
+    assert limit.factor == pytest.approx(left * np.pi**2 / 4, rel=1e-4)

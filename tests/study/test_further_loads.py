@@ -88,3 +88,22 @@ def test_at_the_changing_point_a_pull_from_rest_leaves_the_segment_straight(tmp_
     table = pd.DataFrame([[25.0, row["changing_point_n"]]], columns=NAMES).assign(sequence="a", step=1, tip_y_n=2.0)
     states = prb3r.solve(rig(EXCESS), table)
     assert states.loc[states["disk"] == 7, "angle_rad"].item() == pytest.approx(0.0, abs=1e-8)
+
+
+CREEP = {"kind": "plate_relaxation", "share": 0.8, "steps": 0.5}
+
+
+@pytest.mark.parametrize("most", [800, 2000])
+def test_a_drive_tension_is_that_of_one_step_from_rest_however_far_it_is_sought(tmp_path, most):
+    """Of plates that creep, too: whatever tensions were tried before, they have relaxed for one step."""
+    metric = f'kind = "drive-tension"\ncable = "1"\nsegment = 1\nbend_rad = 0.3\nup_to_n = {most}'
+    pull = measured(tmp_path, CREEP, metric)["drive_tension_n"]
+    held = prb3r.solve(rig(CREEP), {"sequence": "a", "step": [1], "cable_1_n": [pull]})
+    assert abs(held.set_index("disk").loc[7, "angle_rad"]) == pytest.approx(0.3, abs=1e-8)
+
+
+def test_coupling_of_plates_that_creep_does_not_depend_on_the_load_that_shows_it(tmp_path):
+    """Neither the state it is held against nor the one that is pulled harder relaxes any further."""
+    metric = 'kind = "coupling"\ncable = "1"\ndisk = 7\nload_n = '
+    small, large = (measured(tmp_path, CREEP, metric + load)["coupling_m_per_n"] for load in ("0.00001", "0.1"))
+    assert small == pytest.approx(large, rel=5e-3)

@@ -17,7 +17,7 @@ from prb3r.diagnosis.settings import Settings
 from prb3r.model.steps import with_tensions
 
 FEWEST_TO_TELL = 3
-"""Readings of a step from which on a wrong reading is told from a wrong weight."""
+"""Readings of a step from which on a wrong reading is told from a wrong weight: of two, one may always be left out."""
 
 
 def without_outliers(rough: Fit) -> tuple[Fit, Doubts]:
@@ -55,9 +55,8 @@ def without_wrong_weights(fitted: Fit, doubts: Doubts, search: Search) -> tuple[
 
 def lone_reading(fitted: Fit, wrong: "OtherWeight") -> int | None:
     """The reading of a step that is off alone: but for it the step is explained no worse than with the weight that
-    explains all its readings best; None if there is none, or if the step has too few readings to tell.
-
-    One reading among two may always be left out instead of a weight: it takes `FEWEST_TO_TELL`.
+    explains all its readings best; None if there is none, or if the step has too few readings to tell
+    (`FEWEST_TO_TELL`).
     """
     there = np.flatnonzero(fitted.recording.readings.step == wrong.weight.step)
     missed = _deviation(fitted)[there] ** 2

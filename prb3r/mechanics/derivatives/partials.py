@@ -16,7 +16,7 @@ from prb3r.mechanics.kernel import kernel
 from prb3r.mechanics.load_row import LoadRow, blend, slip_from_the_start
 from prb3r.mechanics.march import next_frame
 from prb3r.mechanics.records import Packed
-from prb3r.mechanics.relaxation import wait
+from prb3r.mechanics.relaxation import put_stiffness
 from prb3r.mechanics.variation import unload
 
 
@@ -95,7 +95,7 @@ def put_state(packed, steps, e, now, rest):
     held; with None the angles themselves are held.
     """
     history = packed.model[0].presliding != 0.0
-    wait(packed, now.moment, now.elapsed[0], steps.waited[e])
+    put_stiffness(packed, now.moment, now.elapsed[0], steps.waited[e])
     for i in range(len(packed.span)):
         for k in range(steps.q.shape[2]):
             packed.plate[i].q[k] = steps.q[e, i, k]

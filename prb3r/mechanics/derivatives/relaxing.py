@@ -49,7 +49,7 @@ def feel_relaxed(packed, relaxed, partial):
     for i in range(len(relaxed.at)):
         for k in range(packed.plate[i].q.shape[0]):
             for d in range(partial.shape[2]):
-                partial[i, k, d] -= (1.0 - packed.model[0].follows) * relaxed.change[i, d]
+                partial[i, k, d] -= (1.0 - packed.model[0].decayed) * relaxed.change[i, d]
 
 
 @kernel
@@ -59,14 +59,14 @@ def relax_on(packed, sides, relaxed, partial):
     The derivatives of its node angles (beyond the stress-free ones, if these are tied) are in `partial`.
     """
     model = packed.model[0]
-    relaxing = model.follows * model.relaxation
+    relaxing = model.decayed * model.relaxation
     for i in range(len(relaxed.at)):
         plate = packed.plate[i]
         share = relaxing * model.stiff / ((1.0 - relaxing) * all_nodes(plate))
         for d in range(partial.shape[2]):
             ahead = relaxed_moment(sides.packed.model[2 * d, 0], sides.packed.plate[2 * d, i])
             behind = relaxed_moment(sides.packed.model[2 * d + 1, 0], sides.packed.plate[2 * d + 1, i])
-            relaxed.change[i, d] *= 1.0 - model.follows
+            relaxed.change[i, d] *= 1.0 - model.decayed
             relaxed.change[i, d] += (ahead - behind) / sides.apart[d]
             for k in range(plate.q.shape[0]):
                 slope = law_of_plate(model, plate, k, plate.q[k] - plate.rest[k])[1]

@@ -42,8 +42,8 @@ class LoadRamp(NamedTuple):
 
 
 class RigBalance(NamedTuple):
-    """An equilibrium: end poses (n, 3) of the plates (see `kernels`), the memory that the next sub-step starts from and
-    the span tensions (n, m) in N."""
+    """An equilibrium: end poses (n, 3) of the plates (see `imbalance`), the memory that the next sub-step starts from
+    and the span tensions (n, m) in N."""
 
     ends: np.ndarray
     memory: RigMemory

@@ -1,8 +1,8 @@
 """An independent simulator of cable-driven continuum manipulators: checks the engine, makes concealed recordings.
 
 It shares no code and no method with the statics engine.  Plates are integrated along their arcs by shooting, and all
-are balanced together (`kernels`, `balance`).  Loads are followed from rest in sub-steps, each of which converges or is
-made shorter (`path`).  `draft`, `effects` and `build` turn a manipulator file into the rig.
+are balanced together (`imbalance`, `balance`).  Loads are followed from rest in sub-steps, each of which converges or
+is made shorter (`path`).  `draft`, `effects` and `build` turn a manipulator file into the rig.
 """
 
 from collections.abc import Mapping, Sequence

@@ -44,7 +44,7 @@ class Coupling(Metric):
         disk, more = cases.at(last if self.disk is None else self.disk), cases.last.tension.copy()
         more[:, cases.cable(self.cable)] += self.load_n
         pulled, states, ends = cases.continued(cases.last._replace(tension=more)), cases.states, cases.ends
-        if cases.chain.relaxation:  # what is added acts at once: as the loads do that it is held against
+        if cases.chain.relaxation:  # both without time for the plates to relax further
             states, ends = cases.continued(cases.last), np.arange(cases.count)
         shift = np.hypot(pulled.x[:, disk] - states.x[ends, disk], pulled.y[:, disk] - states.y[ends, disk])
         return shift / self.load_n, np.abs(pulled.angle[:, disk] - states.angle[ends, disk]) / self.load_n
