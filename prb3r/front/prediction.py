@@ -87,6 +87,7 @@ def predict_on(
     manipulator: Given,
     steps: pd.DataFrame | Mapping[str, Any] | str | Path | None = None,
     *,
+    same_bench: bool | None = None,
     draws: int = Settings.band_draws,
     seed: int = 0,
 ) -> Prediction:
@@ -97,6 +98,9 @@ def predict_on(
     diagnosis : a result of `prb3r.diagnose`, the folder that `prb3r diagnose` wrote, or its diagnosis.json.
     manipulator : the design: a `Manipulator`, the path of its file, or what the file would hold as a dict.
     steps : a table of load steps as for `solve`, if positions are wanted.
+    same_bench : whether the design stands on the bench of the recording, mounted alike: then the zero of a force
+        sensor, a tilt of the base or gravity carry over too. None: nobody knows; the mean is for another bench, the
+        bands hold both.
     draws : number of draws of model and parameters that are solved for the bands.
     seed : seed of these draws; the same seed gives the same bands.
 
@@ -131,4 +135,6 @@ def predict_on(
     True
     """
     with one_thread():
-        return Prediction(**vars(predict_design(diagnosis, manipulator, steps, draws=draws, seed=seed)))
+        return Prediction(
+            **vars(predict_design(diagnosis, manipulator, steps, same_bench=same_bench, draws=draws, seed=seed))
+        )

@@ -12,9 +12,6 @@ from diagnosis.simulated import MU, PROGRAM, WEAK, E, diagnosed, manipulator, st
 from prb3r import SpecError, load_manipulator, predict, solve
 from prb3r.diagnosis.fit.constants import Constants
 from prb3r.diagnosis.result.carried_constants import carried_constants
-from prb3r.diagnosis.result.design_prediction import _on_what_stays
-from prb3r.model.effects.cables import TensionOffset
-from prb3r.model.effects.plates import WeakenedPlate
 from prb3r.model.manipulator import Manipulator
 from prb3r.proof.rig.simulate import simulate
 
@@ -129,19 +126,61 @@ def test_a_stated_stiffness_goes_by_what_was_learnt_and_not_by_another_material(
     assert carried.log_stiffness == pytest.approx(0.05 + np.log(1.87))
 
 
-def test_what_stays_of_the_set_up_is_given_as_a_line_for_the_designs_file():
-    """It can be pasted into the file of a design on the same bench, which then has the effect."""
-    zero = TensionOffset(kind="tension_offset", cables=["1"], offset_n=0.4)
-    plain = Manipulator.model_validate(manipulator())
-    assert _on_what_stays([zero], [], plain) == []
-    (remark,) = _on_what_stays(
-        [zero, WeakenedPlate(kind="weakened_plate", plate=2, factor=0.7)],
-        ["tension offset, which belongs to the set-up"],
-        plain,
+ZERO, DRIFT = (
+    {"kind": "tension_offset", "cables": ["1"], "offset_n": 4.0},
+    {"kind": "tension_drift", "offset_n_per_step": 0.1},
+)
+
+
+def on_benches(weak_rig, tmp_path, effects, **bench):
+    """The design of more plates as predicted from a record whose models have `effects` and no free parameters."""
+    record = json.loads((weak_rig / "diagnosis.json").read_text())
+    for model in record["posterior"]["models"]:
+        model |= {"effects": effects, "free": [], "covariance": [], "constants": {}}
+    (tmp_path / "diagnosis.json").write_text(json.dumps(record))
+    return predict(tmp_path, weak_rig / "longer.toml", STEPS, draws=60, **bench)
+
+
+def test_what_belongs_to_the_bench_carries_over_where_the_design_stands_on_it(weak_rig, tmp_path):
+    """The zero of a force sensor stays with the bench, its drift was that of one day."""
+    plain, wrong = (
+        load_manipulator(weak_rig / "longer.toml"),
+        Manipulator.model_validate(
+            tomllib.loads((weak_rig / "longer.toml").read_text()) | {"model": "elastica", "effect": [ZERO]}
+        ),
     )
-    line = remark.split("write to its file: ")[1]
-    design = Manipulator.model_validate(manipulator() | tomllib.loads(line))
-    assert design.effect == [zero]
-    elsewhere = zero.model_copy(update={"cables": ["no such cable"]})
-    for found, there in ((zero, design), (elsewhere, plain)):
-        assert "write to its file" not in _on_what_stays([found], ["it stays behind"], there)[0]
+    without, felt = (solve(rig.replace("model", "elastica"), STEPS) for rig in (plain, wrong))
+    same, other, unsaid = (
+        on_benches(weak_rig, tmp_path, [ZERO, DRIFT], **bench)
+        for bench in ({"same_bench": True}, {"same_bench": False}, {})
+    )
+    assert [effect.kind for effect in same.manipulator.effect] == ["tension_offset"]
+    assert len(same.left_behind) == 1
+    assert "tension drift, which went with the course of this recording" in same.left_behind[0]
+    assert other.manipulator.effect == unsaid.manipulator.effect == []
+    assert "tension offset, which belongs to the set-up of this recording; --same-bench" in other.left_behind[0]
+    for found, expected in ((same, felt), (other, without), (unsaid, without)):
+        np.testing.assert_allclose(found.positions["y_m"], expected["y_m"], atol=1e-9)
+    low, high = unsaid.positions["y_low_m"], unsaid.positions["y_high_m"]
+    beyond = unsaid.positions["disk"] > 0
+    for rig in (without, felt):
+        assert rig["y_m"][beyond].between(low[beyond], high[beyond]).all()
+    assert np.abs(felt["y_m"] - without["y_m"]).max() > 3e-3
+    assert (
+        not felt["y_m"][beyond].between(other.positions["y_low_m"][beyond], other.positions["y_high_m"][beyond]).any()
+    )
+
+
+def test_only_where_it_matters_the_bench_is_asked_for(weak_rig, tmp_path):
+    asked = [
+        any("say --same-bench or --other-bench" in remark for remark in on_benches(weak_rig, tmp_path, *said).remarks)
+        for said in ([[ZERO]], [[DRIFT]], [[WEAK]])
+    ]
+    assert asked == [True, False, False]
+    assert not any("bench" in remark for remark in on_benches(weak_rig, tmp_path, [ZERO], same_bench=False).remarks)
+    stays = "of what stays with the recorded rig"
+    told = [
+        any(remark.startswith(stays) for remark in on_benches(weak_rig, tmp_path, effects).remarks)
+        for effects in ([ZERO], [WEAK])
+    ]
+    assert told == [False, True]

@@ -163,11 +163,21 @@ def test_what_the_mounting_does_stays_behind_and_the_design_is_asked_for_it_if_i
     pulls = EFFECT_KINDS["gravity"](x_m_s2=-9.81)
     carried, (said,) = carried_effects([pulls], here, there)
     assert carried == ()
-    assert said.endswith("a design that is mounted alike needs gravity, and masses, in its file")
+    assert said.endswith("a design that is mounted alike needs gravity, and masses, in its file, or --same-bench")
+    assert carried_effects([pulls], here, there, same_bench=True) == ((pulls,), ())
     mounted = there.model_copy(update={"effect": (EFFECT_KINDS["gravity"](y_m_s2=-9.81),)})
     carried, (said,) = carried_effects([pulls], here, mounted)
     assert carried == ()
     assert said.endswith("the gravity in the file of this design acts")
+
+
+def test_the_weight_of_an_arm_goes_by_its_disks_where_it_is_mounted_alike():
+    here, there = recorded(Case(hidden=())).manipulator, other_design(plates=4)
+    heavy = EFFECT_KINDS["self_weight"](x_n=-0.6)
+    assert carried_effects([heavy], here, there)[0] == ()
+    (lighter,), left = carried_effects([heavy], here, there, same_bench=True)
+    assert left == ()
+    assert lighter.x_n / there.plates == pytest.approx(heavy.x_n / here.plates)
 
 
 def weakened(*plates, factor=0.7):

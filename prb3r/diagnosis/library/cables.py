@@ -7,7 +7,15 @@ import numpy as np
 
 from prb3r.diagnosis.library.hypothesis import Free
 from prb3r.diagnosis.library.scope import Place, Scope, pulled_cables, together_and_alone, whole_rig_if
-from prb3r.diagnosis.library.suspect import OF_A_PART, OF_THE_SETUP, Occurrence, Suspect, rare, with_the_same
+from prb3r.diagnosis.library.suspect import (
+    OF_A_PART,
+    OF_THE_COURSE,
+    OF_THE_SETUP,
+    Occurrence,
+    Suspect,
+    rare,
+    with_the_same,
+)
 from prb3r.diagnosis.library.totals import drift_of_cables, play_of_cables, zero_of_cables
 
 
@@ -143,7 +151,7 @@ CABLE_SUSPECTS = (
             f"{fitted.with_others(' N')}: "
             "the zero of the force sensor drifts; read it without load before and after."
         ),
-        transfer=OF_THE_SETUP,
+        transfer=OF_THE_COURSE,
         places=_drifting,
         free=_drift,
         quantity=drift_of_cables,

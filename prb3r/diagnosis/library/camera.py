@@ -2,7 +2,7 @@
 
 from prb3r.diagnosis.library.hypothesis import Free
 from prb3r.diagnosis.library.scope import Place, Scope, whole_rig_if
-from prb3r.diagnosis.library.suspect import OF_THE_SETUP, Occurrence, Suspect, rare
+from prb3r.diagnosis.library.suspect import OF_THE_CAMERA, Occurrence, Suspect, rare
 from prb3r.recording.recording import Kind
 
 
@@ -62,18 +62,18 @@ CAMERA_SUSPECTS = (
         sentence=lambda fitted: (
             f"The camera's scale is off: measured lengths are {fitted.size:.5g} times the true ones."
         ),
-        transfer=OF_THE_SETUP,
+        transfer=OF_THE_CAMERA,
         places=_positions,
         free=_scale,
     ),
     Suspect(
         "lens_distortion",
         sentence=lambda fitted: f"The lens distorts: k1 = {fitted.size} 1/m² about the image centre.",
-        transfer=OF_THE_SETUP,
+        transfer=OF_THE_CAMERA,
         places=_positions,
         free=_distortion,
     ),
     Suspect(
-        "camera_drift", sentence=_motion_sentence, transfer=OF_THE_SETUP, places=_moving, free=_motion, presence=rare
+        "camera_drift", sentence=_motion_sentence, transfer=OF_THE_CAMERA, places=_moving, free=_motion, presence=rare
     ),
 )

@@ -23,13 +23,14 @@ from prb3r.diagnosis.library.references import (
 from prb3r.diagnosis.library.scope import Place, Scope, together_and_alone, whole_rig_if
 from prb3r.diagnosis.library.suspect import (
     OF_A_PART,
-    OF_THE_SETUP,
+    OF_THE_COURSE,
     OF_THE_SURFACES,
     Estimate,
     Occurrence,
     Suspect,
     as_it_is,
     rare,
+    unchanged,
 )
 from prb3r.diagnosis.library.totals import pulley_of_cables
 from prb3r.model.effects.friction import CableFriction
@@ -237,7 +238,7 @@ FRICTION_SUSPECTS = (
         probes=breakaway_probes,
         presence=rare,
     ),
-    Suspect("friction_drift", _drift_sentence, OF_THE_SETUP, places=_wears, free=_growth, presence=rare),
+    Suspect("friction_drift", _drift_sentence, OF_THE_COURSE, places=_wears, free=_growth, presence=rare),
     Suspect(
         "wrap_saturation",
         sentence=lambda fitted: (
@@ -285,6 +286,7 @@ FRICTION_SUSPECTS = (
             "The cables rub at both edges of every hole, by the turn at each, not by the net turn of the cable."
         ),
         transfer=as_it_is,
+        bench=unchanged,
         places=_net_turns,
         shared=OF_THE_SURFACES,
     ),

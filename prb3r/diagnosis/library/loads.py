@@ -8,11 +8,19 @@ import numpy as np
 from prb3r.diagnosis.library.alike import same_parts
 from prb3r.diagnosis.library.hypothesis import Free
 from prb3r.diagnosis.library.scope import Place, Scope, whole_rig_if
-from prb3r.diagnosis.library.suspect import OF_THE_SETUP, Occurrence, Suspect, effect_in_words, left_behind, rare
+from prb3r.diagnosis.library.suspect import (
+    OF_THE_SETUP,
+    Occurrence,
+    Suspect,
+    effect_in_words,
+    left_behind,
+    rare,
+    unchanged,
+)
 from prb3r.diagnosis.library.totals import load_of_disks
 from prb3r.diagnosis.settings import Settings
 from prb3r.model.effects.base import Effect
-from prb3r.model.effects.loads import Gravity, Umbilical
+from prb3r.model.effects.loads import Gravity, SelfWeight, Umbilical
 from prb3r.model.manipulator import Manipulator
 
 STEEL_N_PER_M3 = 7.8e4
@@ -25,9 +33,16 @@ def _of_the_mounting(effect: Effect, here: Manipulator, there: Manipulator) -> s
     instead = (
         "the gravity in the file of this design acts"
         if falls
-        else "a design that is mounted alike needs gravity, and masses, in its file"
+        else "a design that is mounted alike needs gravity, and masses, in its file, or --same-bench"
     )
     return f"{effect_in_words(effect)}, which goes with the way this rig was mounted; {instead}"
+
+
+def _per_disk(effect: Effect, here: Manipulator, there: Manipulator) -> Effect:
+    """The weight of an arm that is mounted alike, as heavy for each of its disks as that of the recording."""
+    assert isinstance(effect, SelfWeight)
+    share = there.plates / here.plates
+    return effect.model_copy(update={"x_n": share * effect.x_n, "y_n": share * effect.y_n})
 
 
 def _weighs_something(settings: Settings) -> float:
@@ -169,6 +184,7 @@ LOAD_SUSPECTS = (
         "gravity",
         _gravity_sentence,
         _of_the_mounting,
+        unchanged,
         places=lambda scope: _in_any_direction("m_s2") if scope.manipulator.disk_masses.any() else (),
         free=_gravity,
         presence=_weighs_something,
@@ -177,6 +193,7 @@ LOAD_SUSPECTS = (
         "self_weight",
         _self_weight_sentence,
         _of_the_mounting,
+        _per_disk,
         places=lambda scope: _in_any_direction("n") if scope.arm and not scope.manipulator.disk_masses.any() else (),
         free=_self_weight,
         presence=_weighs_something,

@@ -33,6 +33,7 @@ from prb3r.diagnosis.library.hypothesis import Free
 from prb3r.diagnosis.library.scope import Place, Scope, whole_rig_if
 from prb3r.diagnosis.library.suspect import (
     OF_A_PART,
+    OF_THE_COURSE,
     OF_THE_MATERIAL,
     OF_THE_SETUP,
     Occurrence,
@@ -277,7 +278,7 @@ PLATE_SUSPECTS = (
     Suspect(
         "plate_softening",
         sentence=_softening_sentence,
-        transfer=OF_THE_SETUP,
+        transfer=OF_THE_COURSE,
         places=lambda scope: whole_rig_if(scope.tells_time),
         free=_share,
         presence=rare,

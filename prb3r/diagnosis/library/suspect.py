@@ -128,6 +128,11 @@ def as_it_is(effect: Effect, here: Manipulator, there: Manipulator) -> Effect | 
     return effect
 
 
+def unchanged(effect: Effect, here: Manipulator, there: Manipulator) -> Effect | str:
+    """The transfer of an effect that is carried over as it is, also if it sits on some cables only."""
+    return effect
+
+
 def with_the_same(parts: str, of: Callable[[Manipulator], float]) -> Transfer:
     """The transfer of an effect that is carried over unchanged where certain `parts` are the same: where `of` returns
     numbers for both manipulators that are alike."""
@@ -157,7 +162,9 @@ def rare(settings: Settings) -> float:
 
 
 OF_A_PART = left_behind("is a fault of one part of this rig")
-OF_THE_SETUP = left_behind("belongs to the set-up of this recording; a design on the same bench needs it in its file")
+OF_THE_COURSE = left_behind("went with the course of this recording, from step to step")
+OF_THE_CAMERA = left_behind("is in the pictures of this recording, not in the rig")
+OF_THE_SETUP = left_behind("belongs to the set-up of this recording; --same-bench carries it over")
 
 
 @dataclass(frozen=True)
@@ -172,6 +179,8 @@ class Suspect:
     """What the fitted effect means, in one sentence that a mechanical engineer can act upon."""
     transfer: Transfer
     """How the effect is carried over to another geometry."""
+    bench: Transfer | None = None
+    """How it is carried over to another geometry on the bench of the recording, mounted alike, if that differs."""
     places: Callable[[Scope], Iterable[Place]] = whole_rig
     """Where the effect could sit on the rig of a recording; none where it makes no sense."""
     free: Callable[[Scope, Place], tuple[Free, ...]] = lambda scope, place: ()
@@ -195,7 +204,13 @@ class Suspect:
     @property
     def of_the_setup(self) -> bool:
         """Whether the effect belongs to the set-up of a recording, not to the rig."""
-        return self.transfer is OF_THE_SETUP
+        return self.transfer in (OF_THE_SETUP, OF_THE_COURSE, OF_THE_CAMERA)
+
+    def carries(self, same_bench: bool) -> Transfer:
+        """How the effect is carried over to another geometry, which may stand on the bench of the recording."""
+        if not same_bench:
+            return self.transfer
+        return self.bench or (unchanged if self.transfer is OF_THE_SETUP else self.transfer)
 
     @property
     def once(self) -> bool:

@@ -10,6 +10,7 @@ import json
 import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import cycle
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +19,7 @@ import pandas as pd
 from pydantic import ValidationError
 
 from prb3r.diagnosis.confidence import TAIL
-from prb3r.diagnosis.library import SUSPECTS
+from prb3r.diagnosis.library.suspect import effect_in_words
 from prb3r.diagnosis.result.as_made import as_made
 from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.diagnosis.result.largest_bending import bending_of
@@ -28,6 +29,7 @@ from prb3r.diagnosis.result.projection import MENDED
 from prb3r.diagnosis.result.workshop import common_stiffness_sd, within_tolerances
 from prb3r.diagnosis.settings import Settings
 from prb3r.errors import Problem, SpecError
+from prb3r.markdown import listed
 from prb3r.mechanics.equilibrium import Outcome
 from prb3r.model.effects.base import Effect
 from prb3r.model.files.cells import written_out
@@ -49,6 +51,14 @@ UNMENDED = (
     f"{MENDED}/manipulator.toml in the folder of the diagnosis"
 )
 """What is said of a design that is the recorded rig as it was noted wrongly."""
+_EITHER_BENCH = (
+    "the mean is for another bench, without {}; half of the draws behind the bands have what belongs to the bench of "
+    "the recording: say --same-bench or --other-bench"
+)
+"""What is said, with effects in words, where nobody tells on which bench a design stands."""
+_OF_WHAT_STAYS = (
+    "of what stays with the recorded rig the prediction has what the design's file states, and its bands nothing"
+)
 WHAT_TO_GIVE = "give the folder that prb3r diagnose wrote, or its diagnosis.json"
 """What messages ask for in the place of a diagnosis."""
 
@@ -81,6 +91,7 @@ def predict_design(
     manipulator: Given,
     steps: pd.DataFrame | Mapping[str, Any] | str | Path | None = None,
     *,
+    same_bench: bool | None = None,
     draws: int = Settings.band_draws,
     seed: int = 0,
 ) -> DesignPrediction:
@@ -94,21 +105,28 @@ def predict_design(
     if known.is_unmended(given):
         raise SpecError(Problem(str(manipulator) if isinstance(manipulator, str | Path) else given.name, UNMENDED))
     columns = read_table(steps) if isinstance(steps, str | Path) else steps
-    design = LearntDesign(known, given, timed=columns is None or TIME in columns)
+    timed = columns is None or TIME in columns
+    on_bench, elsewhere = (LearntDesign(known, given, same, timed) for same in (True, False))
+    design = on_bench if same_bench else elsewhere
     posterior = design.posterior
     (central, left), remarks = design.of(posterior.named), design.remarks
     if verdict == "unexplained":
         remarks.append(UNEXPLAINED)
     if steps is None:
         return DesignPrediction(central, left, tuple(remarks), None)
-    remarks += _on_what_stays(posterior.named.effects, left, design.given)
+    benches: tuple[LearntDesign, ...] = (design,)
+    if same_bench is None and (of_the_bench := _of_the_bench(on_bench, elsewhere)):
+        benches = elsewhere, on_bench
+        remarks.append(_EITHER_BENCH.format(listed(of_the_bench)))
+    if benches[-1].of(posterior.named).left_behind:
+        remarks.append(_OF_WHAT_STAYS)
     recorded, rng = design.recorded, np.random.default_rng([seed, 1])
     common = common_stiffness_sd(posterior.manipulator, design.given, posterior.tolerance)
     # loads depend on cables, plates and the worth of a kilogram, which are the design's: the same for every rig
     blocks = solve_in_blocks(central, steps)
 
-    def predicted(rig: Drawn, made: bool) -> np.ndarray:
-        learnt = design.of(rig).manipulator
+    def predicted(rig: Drawn, made: bool, where: LearntDesign = design) -> np.ndarray:
+        learnt = where.of(rig).manipulator
         if recorded and rig.parts:
             chain = as_made(learnt, rig.parts)
         else:
@@ -120,7 +138,7 @@ def predict_design(
         bending = bending_of(central, centre[:, PREDICTED.index("angle_rad")].reshape(-1, central.plates + 1))
         remarks += filter(None, [bending.beyond(posterior.bending, Settings.bent_beyond)])
     rigs = posterior.draws(draws, seed)
-    spread = np.stack([predicted(rig, made=True) for rig in rigs])
+    spread = np.stack([predicted(rig, made=True, where=where) for rig, where in zip(rigs, cycle(benches))])
     if (discrepancy := posterior.discrepancy) is not None:
         spread = spread + discrepancy.errors(central.chain(), centre, draws, rng)
         remarks.append(discrepancy.statement)
@@ -138,21 +156,14 @@ def predict_design(
     return DesignPrediction(central, left, tuple(remarks), _banded(blocks.whole(), centre, spread))
 
 
-def _on_what_stays(effects: Sequence[Effect], left: Sequence[str], design: Manipulator) -> list[str]:
-    """A remark on what is left behind, with the line that would put those of the found `effects` that belong to the
-    set-up into the file of the `design`, where it has none of the kind; none where nothing is `left`."""
-    if not left:
-        return []
-    remark = "of what is left behind the prediction has what the design's file states, and its bands nothing"
-    stated = {effect.kind for effect in design.effect}
-    possible = [each for each in effects if each.kind not in stated and not list(each.problems(design))]
-    of_the_setup = [effect for effect in possible if SUSPECTS[effect.kind].of_the_setup]
-    if not of_the_setup:
-        return [remark]
-    tables = [effect.model_dump(exclude_none=True) for effect in of_the_setup]
-    inline = (", ".join(f"{name} = {json.dumps(value)}" for name, value in table.items()) for table in tables)
-    lines = ", ".join(f"{{ {table} }}" for table in inline)
-    return [f"{remark}; on the same bench write to its file: effect = [{lines}]"]
+def _of_the_bench(on_bench: LearntDesign, elsewhere: LearntDesign) -> tuple[str, ...]:
+    """In words the effects of the models, those of the named one first, that a design has on the bench of the recording
+    alone."""
+    rigs = [on_bench.posterior.named, *(rig for _, rig in on_bench.posterior.centres)]
+    of_rigs = [{effect.kind: effect for effect in on_bench.of(rig).manipulator.effect} for rig in rigs]
+    without = [{effect.kind for effect in elsewhere.of(rig).manipulator.effect} for rig in rigs]
+    there = [felt[kind] for felt, rest in zip(of_rigs, without, strict=True) for kind in felt if kind not in rest]
+    return tuple(dict.fromkeys(map(effect_in_words, there)))
 
 
 def read_posterior(diagnosis: str | Path | Diagnosis) -> tuple[Posterior, str]:

@@ -1,6 +1,7 @@
 """A design with what a diagnosis teaches: the constants and effects of a rig that the recording leaves possible, as far
 as they carry over to the design's file."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -12,6 +13,7 @@ from prb3r.diagnosis.result.same_rig import same_geometry
 from prb3r.diagnosis.result.tell import adjusted
 from prb3r.diagnosis.result.transfer import carried_effects, nominal_left_behind, supposed, without_found
 from prb3r.markdown import listed
+from prb3r.model.effects.base import Effect
 from prb3r.model.manipulator import Manipulator
 from prb3r.model.step_checks import TIME
 
@@ -32,6 +34,8 @@ class LearntDesign:
     """After the recording."""
     given: Manipulator
     """As the design's file describes it."""
+    same_bench: bool = False
+    """Whether it stands on the bench of the recording, mounted alike: then what belongs to the set-up carries over."""
     timed: bool = True
     """Whether the loads have times; else friction that goes by the rate is taken as it is at its reference rate."""
 
@@ -45,7 +49,7 @@ class LearntDesign:
         """The design on the elastica plate model, without those of its effects that its file has from the diagnosis."""
         elastica = self.given.model_copy(update={"model": "elastica"})
         plain = elastica.model_copy(update={"effect": []})
-        found, _ = carried_effects(self.posterior.named.effects, self.posterior.manipulator, plain)
+        found, _ = self._carried(self.posterior.named.effects, plain)
         return without_found(found, elastica)
 
     @cached_property
@@ -57,9 +61,13 @@ class LearntDesign:
         """The design with the constants and effects of a rig, as far as they carry over."""
         here, there = self.posterior.manipulator, self.bare
         felt = [effect for effect in drawn.effects if self.timed or not effect.needs_times]
-        effects, left = carried_effects(felt, here, there)
+        effects, left = self._carried(felt, there)
         left = (*left, *nominal_left_behind(here, there), *constants_left_behind(here, there, felt))
         return Learnt(adjusted(there, carried_constants(drawn.constants, here, there, felt), effects), left)
+
+    def _carried(self, effects: Iterable[Effect], there: Manipulator) -> tuple[tuple[Effect, ...], tuple[str, ...]]:
+        """The `effects` as they act on the design `there`, and the reasons for those that are left behind."""
+        return carried_effects(effects, self.posterior.manipulator, there, same_bench=self.same_bench)
 
     @property
     def remarks(self) -> list[str]:

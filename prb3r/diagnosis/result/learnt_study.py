@@ -38,7 +38,12 @@ class LearntStudy(NamedTuple):
 
 
 def learnt_study(
-    diagnosis: str | Path, study: str | Path, into: str | Path, count: int = Settings.learnt_rigs, seed: int = 0
+    diagnosis: str | Path,
+    study: str | Path,
+    into: str | Path,
+    count: int = Settings.learnt_rigs,
+    seed: int = 0,
+    same_bench: bool = False,
 ) -> LearntStudy:
     """A study file with the factor `learnt` added: `count` rigs that a diagnosis leaves possible.
 
@@ -49,6 +54,7 @@ def learnt_study(
     Parameters
     ----------
     into : path of the file that the text is for; the path of the manipulator is written relative to its folder.
+    same_bench : whether the designs stand on the bench of the recording, mounted alike.
 
     Raises
     ------
@@ -63,7 +69,7 @@ def learnt_study(
         raise SpecError(Problem(f"{path} factor.{LEARNT}", "has what was learnt already; give the study without it"))
     design = _design(spec, path)
     posterior, verdict = read_posterior(diagnosis)
-    known = LearntDesign(posterior, design, timed=False)
+    known = LearntDesign(posterior, design, same_bench, timed=False)
     carried = [known.of(draw) for draw in known.posterior.draws(count, seed)]
     drawn, left = [rig for rig, _ in carried], dict.fromkeys(reason for _, reasons in carried for reason in reasons)
     levels = [{"label": str(k), "set": dict(_changes(_plain(design), _plain(rig)))} for k, rig in enumerate(drawn, 1)]

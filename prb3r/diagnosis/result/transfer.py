@@ -103,20 +103,31 @@ def on_other(diagnosis: Diagnosis, recording: Recording) -> Carried:
 
 
 def carried_effects(
-    effects: Iterable[Effect], here: Manipulator, there: Manipulator, most_faults: int = Settings.most_faults
+    effects: Iterable[Effect],
+    here: Manipulator,
+    there: Manipulator,
+    most_faults: int = Settings.most_faults,
+    same_bench: bool = False,
 ) -> tuple[tuple[Effect, ...], tuple[str, ...]]:
     """The effects of the manipulator `here` as they act on `there`, and the reasons for those that are left behind.
 
-    `most_faults`: number of plates of another stiffness up to which they count as faults of single parts.
+    Parameters
+    ----------
+    most_faults : number of plates of another stiffness up to which they count as faults of single parts.
+    same_bench : whether `there` stands on the bench of `here`, mounted alike.
     """
     effects = tuple(effects)
     if not same_geometry(here, there):
-        return other_geometry(effects, here, there, most_faults)
+        return other_geometry(effects, here, there, most_faults, same_bench)
     return _possible(zip(effects, effects, strict=True), here, there)
 
 
 def other_geometry(
-    effects: Iterable[Effect], here: Manipulator, there: Manipulator, most_faults: int = Settings.most_faults
+    effects: Iterable[Effect],
+    here: Manipulator,
+    there: Manipulator,
+    most_faults: int = Settings.most_faults,
+    same_bench: bool = False,
 ) -> tuple[tuple[Effect, ...], tuple[str, ...]]:
     """The effects as of :func:`carried_effects`, but always for two different rigs, even if their files are equal:
     faults of one part are left behind.
@@ -129,7 +140,7 @@ def other_geometry(
         told = scatter_effects(effects, here, most_faults)
         effects = tuple(effect for effect in effects if effect not in told)
         together = (_SCATTERED.format(_which_scatter(told), mean_stiffness(scatter)),)
-    moved = ((effect, SUSPECTS[effect.kind].transfer(effect, here, there)) for effect in effects)
+    moved = ((effect, SUSPECTS[effect.kind].carries(same_bench)(effect, here, there)) for effect in effects)
     carried, left = _possible(moved, here, there)
     return carried, (*together, *left)
 
