@@ -12,6 +12,8 @@ def acting(chain: Chain, loads: Loads, begins: np.ndarray) -> Loads:
     interpolated between two steps.  Declared slip enters the equations only as a factor of friction, so the factor by
     which rate, travel and elapsed steps change friction is multiplied into it.
 
+    The time is that of the `clock`.
+
     Parameters
     ----------
     begins : (s,) whether a step follows on rest instead of on the step before.
@@ -26,7 +28,16 @@ def acting(chain: Chain, loads: Loads, begins: np.ndarray) -> Loads:
         elapsed=_from_rest(loads.elapsed),
         rate=_from_rest(loads.rate),
         travel=_from_rest(loads.travel),
+        time=_from_rest(clock(chain, loads)),
     )
+
+
+def clock(chain: Chain, loads: Loads) -> np.ndarray:
+    """(s, 1) time at each step in the unit of `Chain.relaxation_time`: elapsed steps, or steps of
+    `Chain.relaxation_step` seconds where both that and the times are known."""
+    if chain.relaxation_step == 0 or not loads.time.any():
+        return loads.elapsed
+    return loads.time / chain.relaxation_step
 
 
 def _seen_from_base(chain: Chain, force: np.ndarray) -> np.ndarray:

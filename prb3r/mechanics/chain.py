@@ -90,6 +90,8 @@ class Chain(NamedTuple):
     """Share of the plates' moments that relaxes in the long run; see `relaxation.py`."""
     relaxation_time: float = 1.0
     """Time constant of the relaxation, in elapsed steps."""
+    relaxation_step: float = 0.0
+    """How long each of these steps lasts, s, where times are known; 0: as a mean step of the loads."""
     friction_exponent: float = 0.0
     """Exponent p of friction that depends on the tension T before a hole: coefficients times (T / T_0)^-p."""
     friction_tension: float = 1.0
@@ -165,6 +167,8 @@ class Loads(NamedTuple):
     """(s, m) rate at which each cable's tension changed on the way to the step, N/s; 0 where no times are known."""
     travel: np.ndarray
     """(s, m) change of each cable's tension since the cable began to slip in its present direction, N."""
+    time: np.ndarray
+    """(s, 1) when each step was read, s; 0 at all where no times are known."""
 
     @property
     def steps(self) -> int:
@@ -193,13 +197,14 @@ def loads(chain: Chain, tension, slip=-1.0, force=0.0, tip=0.0, moment=0.0, elap
         full(elapsed, 1),
         full(0.0, cables),
         np.abs(tension),
+        full(0.0, 1),
     )
 
 
 def no_loads(chain: Chain) -> Loads:
     """Loads of one step, all zero, in shapes (1, ...) that fit the chain."""
     plates, cables = chain.offset.shape
-    shapes = (cables,), (cables,), (plates, 2), (2,), (plates,), (1,), (cables,), (cables,)
+    shapes = (cables,), (cables,), (plates, 2), (2,), (plates,), (1,), (cables,), (cables,), (1,)
     return Loads(*(np.zeros((1, *shape)) for shape in shapes))
 
 

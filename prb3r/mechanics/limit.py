@@ -65,6 +65,7 @@ def limit_load(
             moment=factors[:, None] * last.moment,
             elapsed=np.repeat(last.elapsed, len(factors), axis=0),
             rate=np.repeat(last.rate, len(factors), axis=0),
+            time=np.repeat(last.time, len(factors), axis=0),
             travel=(0.0 if from_rest else last.travel) + np.abs(factors - start)[:, None] * last.tension,
         )
         steps = Loads(*(np.concatenate(pair) for pair in zip(before, more, strict=True)))

@@ -9,9 +9,9 @@ from prb3r.mechanics.bundle import bundle
 from prb3r.mechanics.chain import Loads
 from prb3r.mechanics.kernel import kernel
 
-ORDER = ("tension", "force", "tip", "moment", "slip", "elapsed")
-"""Order of the fields of `Loads` in a row: first the mechanical loads, then slip and elapsed steps.  Rate and travel
-are left out, as `acting` has multiplied what they do into the slip."""
+ORDER = ("tension", "force", "tip", "moment", "slip", "elapsed", "time")
+"""Order of the fields of `Loads` in a row: first the mechanical loads, then slip, elapsed steps and time.  Rate and
+travel are left out, as `acting` has multiplied what they do into the slip."""
 
 
 @bundle
@@ -32,6 +32,8 @@ class LoadRow(NamedTuple):
     """(m,)."""
     elapsed: np.ndarray
     """(1,)."""
+    time: np.ndarray
+    """(1,)."""
 
 
 def rows_of_loads(loads: Loads) -> np.ndarray:
@@ -42,10 +44,10 @@ def rows_of_loads(loads: Loads) -> np.ndarray:
 def load_row(loads: Loads) -> LoadRow:
     """A `LoadRow`, all zero, for one state of a chain under such `loads`."""
     cables, plates = loads.tension.shape[1], loads.moment.shape[1]
-    ends = np.cumsum((cables, 2 * plates, 2, plates, cables, 1)).tolist()
+    ends = np.cumsum((cables, 2 * plates, 2, plates, cables, 1, 1)).tolist()
     row = np.zeros(ends[-1])
-    tension, force, tip, moment, slip, elapsed = (row[a:b] for a, b in pairwise((0, *ends)))
-    return LoadRow(row, tension, force.reshape(plates, 2), tip, moment, slip, elapsed)
+    tension, force, tip, moment, slip, elapsed, time = (row[a:b] for a, b in pairwise((0, *ends)))
+    return LoadRow(row, tension, force.reshape(plates, 2), tip, moment, slip, elapsed, time)
 
 
 @kernel
@@ -62,6 +64,6 @@ def blend(start, target, share, now):
 @kernel
 def slip_from_the_start(target, now):
     """Overwrite the slips of `now` with those of the row `target`."""
-    first = len(now.row) - len(now.slip) - 1
+    first = len(now.row) - len(now.slip) - 2
     for j in range(len(now.slip)):
         now.slip[j] = target[first + j]

@@ -187,8 +187,8 @@ def follow(packed, program, modes, space, history, work, path):
     relaxes = packed.model[0].relaxation != 0.0
     if history is not None or packed.model[0].elements > 0 or relaxes:
         keep_state(space.accepted, last, 1.0, space.rest)
-    elapsed = len(rows[0]) - 1  # column of the elapsed steps
-    since = rows[1, elapsed] - 1.0  # their number at the last solved step; the first one takes as long as a mean step
+    time = len(rows[0]) - 1  # column of the time, in steps
+    since = rows[1, time] - 1.0  # that of the last solved step; the first one takes as long as a step
     lost_from: Any = np.int64(-1)  # row from which the step before started if it failed; -1: it did not fail
     for s in range(1, len(rows)):
         if program.done[s - 1]:
@@ -197,7 +197,7 @@ def follow(packed, program, modes, space, history, work, path):
         if from_rest[s - 1]:
             last = np.int64(0)
             work.spent[0], space.allowed[0] = 0, space.allowance[0]
-            since = rows[s, elapsed] - 1.0
+            since = rows[s, time] - 1.0
             forget_relaxation(packed)
         space.allowed[0] += space.allowance[1]
         before = work.spent[0]
@@ -206,7 +206,7 @@ def follow(packed, program, modes, space, history, work, path):
         end = path.reached[s - 2]  # part of the step before that was reached, if it failed
         known = farther > end + space.smallest[0] * max(end, 1.0 / 64) > 0.0
         loaded, taken = dead[s] or dead[last], GAVE_UP if rest == GAVE_UP else FAILED
-        way.ends[0], way.ends[1], way.duration[0] = last, s, rows[s, elapsed] - since
+        way.ends[0], way.ends[1], way.duration[0] = last, s, rows[s, time] - since
         if known:
             taken = path.status[s - 2, 0]
             space.reached[0] = end / farther
@@ -235,7 +235,7 @@ def follow(packed, program, modes, space, history, work, path):
                     write_lowest(packed, s - 1, path)
             continue  # the next step goes on from the last good one
         last = s
-        since = rows[s, elapsed]
+        since = rows[s, time]
         save(packed, work, good)
         write_step(packed, s - 1, path)
         if modes is not None:

@@ -14,7 +14,7 @@ so that the plate bears ``M - f share mean(M) - (1 - f) m`` then; the kernels pu
 its mean aside there, and take ``(1 - f share) M`` at every node.  Where steps are read at once instead, and held after
 that, linear plates that are read at even intervals differ by a factor of their modulus alone.
 
-Times are counted in steps, as all elapsed time is.
+Times are counted in steps: mean ones of the loads, or steps of a known duration where times are known.
 A sequence begins with plates in which nothing has relaxed, and its first step takes as long as a mean one.
 """
 
@@ -87,14 +87,14 @@ def forget_relaxation(packed):
         packed.plate[i].relaxed = 0.0
 
 
-def times_waited(elapsed: np.ndarray, last: np.ndarray, begins: np.ndarray) -> np.ndarray:
+def times_waited(time: np.ndarray, last: np.ndarray, begins: np.ndarray) -> np.ndarray:
     """(s,) time from the last solved step, or from rest, to each step, in steps.
 
     Parameters
     ----------
-    elapsed : (s,) steps that had passed before each step.
+    time : (s,) of each step, in steps.
     last : (s,) the solved step from which each starts, counted from 1; 0: from rest.
     begins : (s,) whether a step is the first of its sequence, which takes one step from rest.
     """
-    first = np.maximum.accumulate(np.where(begins, np.arange(len(elapsed)), 0))
-    return elapsed - np.where(last > 0, elapsed[last - 1], elapsed[first] - 1.0)
+    first = np.maximum.accumulate(np.where(begins, np.arange(len(time)), 0))
+    return time - np.where(last > 0, time[last - 1], time[first] - 1.0)

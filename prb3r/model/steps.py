@@ -115,6 +115,7 @@ def loads_of(manipulator: Manipulator, chain: Chain, table: pd.DataFrame | Mappi
         elapsed_steps(column(TIME, 0.0) if TIME in table else np.arange(float(rows)))[:, None],
         _rates(tensions, column(TIME, 0.0), begins) if TIME in table else _zeros(rows, len(names)),
         tension_travel(tensions, slips, begins),
+        column(TIME, 0.0)[:, None] if TIME in table else _zeros(rows, 1),
     )
 
 

@@ -3,14 +3,17 @@
 from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 import pytest
-from diagnosis.simulated import Case, diagnosed, recorded
+from diagnosis.simulated import Case, E, diagnosed, manipulator, recorded, steps_of
 from diagnosis.suspected import SAG
 
+from prb3r import predict
 from prb3r.diagnosis.fit.constants import Constants
 from prb3r.diagnosis.fit.prediction import predictor
 from prb3r.diagnosis.library import hypotheses
 from prb3r.diagnosis.library.scope import Scope
+from prb3r.proof.rig.simulate import simulate
 
 
 def case(friction=0.3, **effect):
@@ -55,6 +58,7 @@ OTHERS = [
     (case(kind="precurvature_gradient", change_per_m=1.0), {}),
     (case(kind="plate_softening", share_per_step=0.008), {}),
     (case(kind="plate_relaxation", share=0.2, steps=4.0), {}),
+    (timed(kind="plate_relaxation", share=0.2, steps=15.0, step_s=20.0), {"step_s": 20.0}),
     (case(0.6, kind="friction_drift", share_per_step=0.03), {}),
     (case(0.6, kind="friction_drift", share_per_step=-0.02), {}),
     (case(kind="load_cell", quadratic_per_n=0.002), {}),
@@ -79,6 +83,21 @@ def test_what_few_rigs_have_is_named_with_its_place_and_size(hidden, place):
     for name, size in effect.parameters.items():
         assert size.low < true[name] < size.high
         assert size.high - size.low < WIDTH.get(effect.kind, 0.4) * abs(true[name])
+
+
+@pytest.mark.long
+def test_creep_that_was_found_in_seconds_predicts_steps_of_another_pace():
+    """The recorded steps last from a second to an hour, these ones ten minutes each: plates creep on in between."""
+    creep = {"kind": "plate_relaxation", "share": 0.2, "steps": 15.0, "step_s": 20.0}
+    found = diagnosed(timed(**creep))
+    steps = [row | {"time_s": 600.0 * k} for k, row in enumerate(steps_of("counter"))]
+    true = simulate(manipulator(E * 1.05, 0.27, [creep]), steps)
+    plain = simulate(manipulator(E * 1.05, 0.27, [creep]), [row | {"time_s": row["time_s"] / 100} for row in steps])
+    off = predict(found, manipulator(), pd.DataFrame(steps), draws=40).positions["y_m"].to_numpy() - true.y.ravel()
+    assert np.abs(off).max() < 6e-4  # twice the noise
+    assert np.abs(plain.y - true.y).max() > 3e-3
+    said = "loads have no time_s here: plates creep as if each step took a recorded one"
+    assert said in predict(found, manipulator(), pd.DataFrame(steps).drop(columns="time_s"), draws=40).remarks
 
 
 def test_the_gain_of_all_load_cells_is_told_against_known_weights_beside_what_looks_alike():

@@ -124,6 +124,12 @@ def test_one_direction_makes_sense_where_the_other_does_not_exist(library):
             "a share of 0.2 (0.18 to 0.22) of the moment that bends them relaxes with a time constant of 4 (3 to 5) "
             "steps, so that under a steady pull they bend by 25 % more in the end",
         ),
+        (
+            "plate_relaxation",
+            {"step_s": 20.0},
+            {"share": (0.2, 0.18, 0.22), "steps": (4.0, 3.0, 5.0)},
+            "with a time constant of 80 (60 to 100) s, so that",
+        ),
         ("plate_softening", {}, {"share_per_step": (0.004, 0.003, 0.005)}, "lose 0.4 (0.3 to 0.5) % of"),
         (
             "friction_drift",

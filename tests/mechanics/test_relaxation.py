@@ -59,6 +59,25 @@ def test_a_first_step_takes_as_long_as_a_mean_one_and_a_new_sequence_forgets():
     assert bend[2] == bend[0]
 
 
+def test_a_time_constant_in_seconds_is_the_same_at_any_pace_and_through_any_break():
+    """Two sequences of three steps, an hour apart: a step lasts 10 s, and as many seconds at half the pace pass in
+    twice as many steps."""
+    chain = relaxing(cantilever(1))._replace(relaxation_step=10.0)
+
+    def bend(time, anew):
+        rows = np.array(time)[:, None]
+        steps = loads(chain, np.zeros((len(rows), 0)), moment=0.2)._replace(elapsed=rows / np.ptp(rows), time=rows)
+        return solve_chain(chain, steps, from_rest=np.array(anew)).angle[:, -1]
+
+    quick = bend([5.0, 15.0, 25.0, 3600.0, 3610.0, 3620.0], [True, False, False] * 2)
+    assert quick[3:] == pytest.approx(quick[:3], rel=1e-12)
+    assert quick[:3] == pytest.approx(bends([0.2] * 3, [0, 1, 2]), rel=1e-12)
+    slow = bend([10.0, 30.0, 50.0], [True, False, False])
+    assert slow[1:] == pytest.approx(bends([0.2] * 3, [0, 2, 4])[1:], rel=1e-12)
+    unknown = loads(chain, np.zeros((3, 0)), moment=0.2)._replace(elapsed=np.arange(3.0)[:, None])
+    assert solve_chain(chain, unknown).angle[:, -1] == pytest.approx(quick[:3], rel=1e-12)
+
+
 def test_the_time_of_a_step_without_equilibrium_is_not_lost():
     """A plate that softens to nothing has no state at the second step; the third goes on from the first."""
     chain = relaxing(cantilever(1))._replace(law=Law(knee=0.5, ratio=1e-9))
@@ -117,6 +136,24 @@ def test_derivatives_by_share_and_time_are_those_of_whole_solves(name):
     ahead, behind = (solve_chain(*problem(value + side * step)) for side in (1, -1))
     expected = (ahead.angle - behind.angle) / (2 * step)
     assert np.abs(found.dangle[..., 0] - expected).max() < 1e-6 * np.abs(expected).max()
+
+
+def test_derivatives_go_by_the_seconds_that_have_passed():
+    """Half as many steps, each twice as long, are the same time constant; by its unit nothing is differentiated."""
+    chain, tension = CHAINS["soft"], np.zeros((5, 4))
+    tension[:, 0] = 10, 25, 30, 20, 5
+    timed = loads(chain, tension)._replace(time=np.array([3.0, 9.0, 11.0, 30.0, 34.0])[:, None])
+    paced = chain._replace(relaxation_step=5.0)
+    errors = worst_errors(paced, timed, ["friction", "stiffness", "tension"])
+    assert max(errors.values()) < 1e-5, errors
+    same = chain._replace(relaxation_step=10.0, relaxation_time=TIME / 2)
+    assert solve_chain(same, timed).angle[:, -1][1:] != pytest.approx(solve_chain(chain, timed).angle[:, -1][1:])
+
+    def problem(v):
+        return paced._replace(relaxation_step=v), timed
+
+    with pytest.raises(ValueError, match="changes the kind"):
+        chain_sensitivities(paced, timed, [direction(problem, 5.0, 1e-6)])
 
 
 @pytest.mark.parametrize("tied", [False, True])

@@ -170,7 +170,8 @@ def test_engine_and_rig_agree_on_drifts_that_go_with_the_time():
         data = random_manipulator(rng, 0, False)
         drift = {"kind": "tension_drift", "offset_n_per_step": rng.uniform(0.5, 2)}
         soft = {"kind": "plate_softening", "share_per_step": rng.uniform(-0.05, 0.05)}
-        data["effect"] = [drift, soft, {"kind": "plate_relaxation", "share": 0.3, "steps": rng.uniform(0.5, 3)}]
+        creep = {"kind": "plate_relaxation", "share": 0.3, "steps": rng.uniform(0.5, 3)}
+        data["effect"] = [drift, soft, creep | ({"step_s": 10 ** rng.uniform(2, 3)} if len(moved) % 2 else {})]
         steps = random_steps(rng, data, False, count=6)
         times = np.cumsum(10 ** rng.uniform(0, 4, len(steps)))
         timed = [step | {"time_s": time} for step, time in zip(steps, times, strict=True)]

@@ -46,6 +46,7 @@ from prb3r.diagnosis.library.suspect import (
 )
 from prb3r.diagnosis.library.totals import rest_of_plates, stiffness_of_plates
 from prb3r.model.effects.base import Effect
+from prb3r.model.effects.plates import PlateRelaxation
 from prb3r.model.manipulator import Manipulator
 
 OWN_SHAPE = "belongs to the plates of this rig, as they were made or bent"
@@ -151,6 +152,22 @@ def _relaxing(scope: Scope, place: Place) -> tuple[Free, ...]:
     return share, Free("steps", 5.0, 0.5, 200.0, log=True, sd=float(np.log(10)) / 2)
 
 
+def _relaxes(scope: Scope) -> list[Place]:
+    """The place of `plate_relaxation`, the whole rig with what a usual step lasts where times are known, where plates
+    are bent back; under loading alone creep is much the same as plates that soften."""
+    if not scope.unloads:
+        return []
+    return [{"step_s": scope.usual_step_s} if scope.usual_step_s else {}]
+
+
+def _at_pace(effect: Effect, place: Place) -> tuple[Effect, float]:
+    """The same relaxation in steps of another duration; as many steps where one of the two durations is not known."""
+    assert isinstance(effect, PlateRelaxation)
+    step = place.get("step_s")
+    times = effect.step_s / step if effect.step_s and step else 1.0
+    return effect.model_copy(update={"steps": times * effect.steps, "step_s": step}), 1.0
+
+
 def _relaxation_probes(scope: Scope, place: Place) -> tuple[tuple[float, ...], ...]:
     """Starting values: a share of 0.2 that relaxes within two, eight and thirty steps.  Choice."""
     return (0.2, 2.0), (0.2, 8.0), (0.2, 30.0)
@@ -159,10 +176,13 @@ def _relaxation_probes(scope: Scope, place: Place) -> tuple[tuple[float, ...], .
 def _relaxation_sentence(fitted: Occurrence) -> str:
     share = fitted.estimates["share"]
     more = 100 * share.value / (1 - share.value)
+    step = fitted.place.get("step_s")
+    time = f"{fitted.estimates['steps']} steps" if step is None else f"{fitted.estimates['steps'].times(step)} s"
+    note = "note when each step was read (time_s), and " if step is None else ""
     return (
         f"The plates creep, as plastics do: a share of {share} of the moment that bends them relaxes with a time "
-        f"constant of {fitted.estimates['steps']} steps, so that under a steady pull they bend by {more:.3g} % more in "
-        "the end, and come back slowly: note when each step was read (time_s), and hold every step as long."
+        f"constant of {time}, so that under a steady pull they bend by {more:.3g} % more in "
+        f"the end, and come back slowly: {note}hold every step as long."
     )
 
 
@@ -287,10 +307,11 @@ PLATE_SUSPECTS = (
         "plate_relaxation",
         sentence=_relaxation_sentence,
         transfer=as_it_is,
-        places=lambda scope: whole_rig_if(scope.unloads),  # under loading alone, much the same as plates that soften
+        places=_relaxes,
         free=_relaxing,
         probes=_relaxation_probes,
         shared=OF_THE_MATERIAL,
+        referred=_at_pace,
         presence=rare,
     ),
     Suspect(

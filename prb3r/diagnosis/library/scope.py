@@ -89,6 +89,14 @@ class Scope(NamedTuple):
         return int(self.recording.begins.sum()) >= self.settings.fewest_to_tell_time
 
     @property
+    def usual_step_s(self) -> float | None:
+        """How long the median step of a sequence after its first one lasts, s, to one digit, so that recordings at much
+        the same pace have it alike; None where no times are known."""
+        time = self.recording.loads.time[:, 0]
+        lasts = np.diff(time)[~self.recording.begins[1:]]
+        return float(f"{np.median(lasts):.1g}") if time.any() and lasts.size else None
+
+    @property
     def dead_loads_noted(self) -> bool:
         """Whether loads on the tip or on disks are noted."""
         return bool(self.recording.loads.force.any() or self.recording.loads.tip.any())

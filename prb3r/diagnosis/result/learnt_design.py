@@ -14,6 +14,7 @@ from prb3r.diagnosis.result.tell import adjusted
 from prb3r.diagnosis.result.transfer import carried_effects, nominal_left_behind, supposed, without_found
 from prb3r.markdown import listed
 from prb3r.model.effects.base import Effect
+from prb3r.model.effects.plates import PlateRelaxation
 from prb3r.model.manipulator import Manipulator
 from prb3r.model.step_checks import TIME
 
@@ -76,6 +77,8 @@ class LearntDesign:
         if not self.timed and any(effect.needs_times for model in self.posterior.models for effect in model.effects):
             said = f"loads have no {TIME} here: friction that goes by the rate is taken as it is at its reference rate"
             remarks.insert(0, said)
+        if not self.timed and any(_in_seconds(effect) for model in self.posterior.models for effect in model.effects):
+            remarks.insert(0, f"loads have no {TIME} here: plates creep as if each step took a recorded one")
         found = any(model.named and model.effects for model in self.known.models)
         if found and self.posterior.rests_on_constants:
             where = "" if self.recorded else ", or not without what stays behind"
@@ -83,3 +86,8 @@ class LearntDesign:
         if again := [effect_in_words(effect) for effect in self.given.effect if effect not in self.bare.effect]:
             remarks.insert(0, f"the design's file has {listed(again)} from this diagnosis already, which counts once")
         return remarks
+
+
+def _in_seconds(effect: Effect) -> bool:
+    """Whether plates creep with a time constant in seconds."""
+    return isinstance(effect, PlateRelaxation) and effect.step_s is not None

@@ -251,8 +251,8 @@ def _equal_in(names: Sequence[str], side: Neighbour, chain: Chain) -> bool:
 
 
 def _of_one_kind(side: Neighbour, problem: LoadedChain) -> bool:
-    """Whether a side differs from `problem` in numbers alone: shapes of arrays, reaches of cables and kinds of friction
-    and hysteresis are the same."""
+    """Whether a side differs from `problem` in numbers alone: shapes of arrays, reaches of cables, kinds of friction
+    and hysteresis and the unit of the time of relaxation are the same."""
     (nominal, loads), chain, differ = problem, side.chain, side.differ
     if side.loads is not loads and any(a.shape != b.shape for a, b in zip(side.loads, loads, strict=True)):
         return False
@@ -264,4 +264,4 @@ def _of_one_kind(side: Neighbour, problem: LoadedChain) -> bool:
     mine, its = chain.hysteresis, nominal.hysteresis
     slips = (mine.slipping, mine.flagged) == (its.slipping, its.flagged)
     relaxes = (chain.relaxation != 0) == (nominal.relaxation != 0)
-    return history and slips and relaxes and _equal_in(("reach", "tied", "edges"), side, nominal)
+    return history and slips and relaxes and _equal_in(("reach", "tied", "edges", "relaxation_step"), side, nominal)

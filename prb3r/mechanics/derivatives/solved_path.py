@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from prb3r.mechanics.accepted import AcceptedStates, room_for_states
+from prb3r.mechanics.acting import clock
 from prb3r.mechanics.budget import Allowance
 from prb3r.mechanics.chain import Chain, Loads
 from prb3r.mechanics.derivatives.partials import PathStates
@@ -63,7 +64,7 @@ def solve_path(
         equilibria = solve_chain(chain, loads, accepted=kept, **asked)
     good = ~np.isnan(equilibria.angle[:, -1])
     if chain.remembers:
-        return SolvedPath(chain, loads, anew, equilibria, _sub_steps(kept, good, anew, loads.elapsed[:, 0]))
+        return SolvedPath(chain, loads, anew, equilibria, _sub_steps(kept, good, anew, clock(chain, loads)[:, 0]))
     row = 1 + np.flatnonzero(good)
     nothing = np.zeros((len(row), *chain.offset.shape))
     ones = np.ones(len(row))
@@ -71,10 +72,10 @@ def solve_path(
     return SolvedPath(chain, loads, anew, equilibria, states)
 
 
-def _sub_steps(kept: AcceptedStates, good: np.ndarray, from_rest: np.ndarray, elapsed: np.ndarray) -> PathStates:
+def _sub_steps(kept: AcceptedStates, good: np.ndarray, from_rest: np.ndarray, time: np.ndarray) -> PathStates:
     """Rest and all accepted sub-steps `kept` of the solved (`good`, (s,)) steps; those of failed steps are left out.
 
-    `from_rest` (s,): the steps that start from rest; `elapsed` (s,): those that had passed before each.
+    `from_rest` (s,): the steps that start from rest; `time` (s,): that of each by the `clock`.
     """
     came_from, last = np.zeros(1 + len(good), np.int64), 0
     for s, converged in enumerate(good, 1):
@@ -87,7 +88,7 @@ def _sub_steps(kept: AcceptedStates, good: np.ndarray, from_rest: np.ndarray, el
     first, final = np.zeros(len(row), bool), np.zeros(len(row), bool)
     first[edge[:-1]], final[edge[1:] - 1] = True, True
     last_row, share = came_from[row], kept.share[states]
-    takes = np.concatenate([[0.0], times_waited(elapsed, came_from[1:], from_rest)])
+    takes = np.concatenate([[0.0], times_waited(time, came_from[1:], from_rest)])
     return PathStates(
         row=row,
         last=last_row,

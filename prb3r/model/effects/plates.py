@@ -285,19 +285,20 @@ class PlateSoftening(Effect):
 
 class PlateRelaxation(Effect):
     """Plates that creep and relax, as plastics do: of the moment that a plate's law gives, a `share` relaxes in the
-    long run, with the time constant `steps`, counted in steps of the table. Under a steady load a plate bends on, in
-    the end 1 / (1 - `share`) times as far; let go, it comes back slowly. The loads of a step act as soon as it begins
-    and are held until it is read. A sequence begins with plates in which nothing has relaxed, and its first step takes
-    as long as a mean one."""
+    long run, with a time constant of so many `steps`: those of the table, or, where that has times (`time_s`), steps
+    of `step_s` each, if given. Under a steady load a plate bends on, in the end 1 / (1 - `share`) times as far; let go,
+    it comes back slowly. The loads of a step act as soon as it begins and are held until it is read. A sequence begins
+    with plates in which nothing has relaxed, and its first step takes as long as one of these."""
 
     kind: Literal["plate_relaxation"]
     once: ClassVar[bool] = True
     instead_of: ClassVar[frozenset[str]] = frozenset({"hysteretic_plate", "flag_hysteresis"})
     share: Annotated[float, Field(ge=0, le=0.95, description="Share of the plates' moments that relaxes.")]
-    steps: Annotated[Positive, Field(description="Time constant of the relaxation, in steps of the table.")]
+    steps: Annotated[Positive, Field(description="Time constant of the relaxation, in steps.")]
+    step_s: Positive | None = Field(None, description="How long such a step lasts, s; absent: as a mean one.")
 
     def change(self, chain: Chain, manipulator: Host) -> Chain:
-        return chain._replace(relaxation=self.share, relaxation_time=self.steps)
+        return chain._replace(relaxation=self.share, relaxation_time=self.steps, relaxation_step=self.step_s or 0.0)
 
 
 class CableBending(Effect):

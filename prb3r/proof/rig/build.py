@@ -35,7 +35,9 @@ class BuiltRig:
     relaxation: float
     """Share of the moment by the plates' law that relaxes in the long run."""
     relaxation_time: float
-    """Time constant of that, in mean times per step."""
+    """Time constant of that, in steps."""
+    relaxation_step: float
+    """What such a step lasts where steps have times, s; 0: the mean time per step."""
     friction_rate: float
     """Relative growth of friction when tensions change e times as fast."""
     friction_reference: float
@@ -106,6 +108,7 @@ def build_rig(manipulator: Mapping[str, Any]) -> BuiltRig:
         softening=float(draft.softening),
         relaxation=float(draft.relaxation),
         relaxation_time=float(draft.relaxation_time),
+        relaxation_step=float(draft.relaxation_step),
         friction_rate=float(draft.friction_rate),
         friction_reference=float(draft.friction_reference),
         friction_excess=float(draft.friction_excess),

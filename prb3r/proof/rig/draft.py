@@ -73,7 +73,9 @@ class Draft:
     relaxation: float = 0.0
     """Share of the moment by the plates' law that relaxes in the long run."""
     relaxation_time: float = 1.0
-    """Time constant of that, in mean times per step."""
+    """Time constant of that, in steps."""
+    relaxation_step: float = 0.0
+    """What such a step lasts where steps have times, s; 0: the mean time per step."""
     friction_exponent: float = 0.0
     """Coefficients go with (tension before the hole / `friction_tension`)^-exponent."""
     friction_tension: float = 1.0

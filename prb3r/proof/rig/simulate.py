@@ -140,6 +140,15 @@ def _rub_by_rate(
     return []
 
 
+def _waited(built: BuiltRig, steps: Sequence[Mapping[str, float]], passed: np.ndarray, k: int) -> float:
+    """Time from the step before to step `k`, or from rest to the first one, in steps of `relaxation_time`."""
+    if k == 0:
+        return 1.0
+    if built.relaxation_step and "time_s" in steps[k]:
+        return (steps[k]["time_s"] - steps[k - 1]["time_s"]) / built.relaxation_step
+    return float(passed[k] - passed[k - 1])
+
+
 def _slide_on(
     load: AppliedLoads, noted: np.ndarray, slid: np.ndarray, way: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
@@ -194,7 +203,7 @@ def simulate(
     state = rest(built, last, elements)
     pose, tension, slip = (np.full((len(steps), *shape), np.nan) for shape in ((n + 1, 3), (n, m), (n, m)))
     for k, load in enumerate(loads):
-        load = relaxing(built, load, passed[k] - passed[k - 1] if k else 1.0, relaxed)
+        load = relaxing(built, load, _waited(built, steps, passed, k), relaxed)
         ramp, last = LoadRamp(last._replace(fresh=np.zeros(1), relaxed=relaxed), load), load
         if state is not None and (k == 0 or any((a != b).any() for a, b in zip(*ramp, strict=True))):
             state = path.equal_substeps(state, ramp, substeps) if substeps else path.adaptive(state, ramp)

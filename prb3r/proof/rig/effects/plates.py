@@ -105,8 +105,8 @@ def _softening(given: Conditions) -> Iterator[Candidate]:
     yield Candidate((), lambda u: {"share_per_step": u / given.steps}, 0, 0.3)
 
 
-def _relax(draft: Draft, share, steps):
-    draft.relaxation, draft.relaxation_time = share, steps
+def _relax(draft: Draft, share, steps, step_s=None):
+    draft.relaxation, draft.relaxation_time, draft.relaxation_step = share, steps, step_s or 0.0
 
 
 def _relaxing(given: Conditions) -> Iterator[Candidate]:
@@ -135,7 +135,7 @@ PLATE_RECORDS = (
     Record(
         "plate_relaxation",
         _relax,
-        (size("share", number_in(0, 0.95)), size("steps", POSITIVE, Scale.LOGARITHM)),
+        (size("share", number_in(0, 0.95)), size("steps", POSITIVE, Scale.LOGARITHM), size("step_s", optional=True)),
         _relaxing,
         rare=True,
         once=True,
