@@ -105,9 +105,12 @@ def _together(loaded, output: str | None, asked: dict) -> list[str]:
 @click.option(
     "--same-bench/--other-bench",
     default=None,
-    help="Whether the design stands on the bench of the recording, mounted alike; unsaid, bands hold both.",
+    help="Whether the design stands on the bench of the recording, mounted alike (unsaid: yes, and bands hold both).",
 )
-def predict_command(diagnosis, design, steps, output, seed, same_bench) -> None:
+@click.option(
+    "--another-copy", is_flag=True, help="The design is another rig, even if its file is that of the recorded one."
+)
+def predict_command(diagnosis, design, steps, output, seed, same_bench, another_copy) -> None:
     """What a diagnosis teaches about another design: its manipulator file or, with STEPS, positions with 95 % bands.
 
     Of a study, the study with 64 rigs that the diagnosis leaves possible, as a factor that nobody chooses.
@@ -126,7 +129,9 @@ def predict_command(diagnosis, design, steps, output, seed, same_bench) -> None:
     if kind_of_file(Path(design)) == "study":
         if steps is not None:
             raise SpecError(Problem(steps, "a study has its own loads; give the table with a manipulator"))
-        study = learnt_study(diagnosis, design, output or design, seed=seed, same_bench=bool(same_bench))
+        study = learnt_study(
+            diagnosis, design, output or design, seed=seed, same_bench=same_bench, another_copy=another_copy
+        )
         if output:
             ensure_writable(Path(output).parent)
             write_whole(Path(output), study.text.encode())
@@ -138,7 +143,7 @@ def predict_command(diagnosis, design, steps, output, seed, same_bench) -> None:
     if output and steps is not None:
         ensure_table_place(output)
     say_what_is_compiled()
-    learnt = predict_design(diagnosis, design, steps, same_bench=same_bench, seed=seed)
+    learnt = predict_design(diagnosis, design, steps, same_bench=same_bench, another_copy=another_copy, seed=seed)
     if output and learnt.positions is not None:
         write_table(learnt.positions, output)
     elif output:

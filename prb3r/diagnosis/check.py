@@ -28,6 +28,7 @@ from prb3r.diagnosis.result.remarks import (
     not_predicted,
     not_ruled_out,
     or_a_blunder,
+    predicted_by_others,
     refuted_sets,
 )
 from prb3r.diagnosis.result.rig_remarks import (
@@ -75,7 +76,8 @@ def check(searched: Searched, blunder: Blunder | None = None) -> Investigation:
         named_effect(compared, k, doubted.search, fresh, reported, intervals, partial=bool(why)) for k in effects
     )
     law, gain = empirical_law(fresh, calibrated, choice.fitted, doubted.task.seed) if why else (None, None)
-    odd = bool(at_bounds(choice.fitted)) or impossible_rims(choice.fitted)
+    missed = predicted_by_others(choice, fresh, failed)
+    odd = bool(at_bounds(choice.fitted) or missed) or impossible_rims(choice.fitted)
     unsure = odd or blunder is not None or any(effect.rivals for effect in named)
     verdict = "unexplained" if why else verdict_on(choice, unsure)
     tolerances = tolerances_told(choice.fitted, choice.doubts)
@@ -111,6 +113,7 @@ def check(searched: Searched, blunder: Blunder | None = None) -> Investigation:
             *_on_the_model(choice, doubted, checks, tolerances, unexplained=bool(why)),
             *_on_the_noise(choice, doubted, fresh),
             *(off_as_drawn(fresh, choice.fitted, reported) if not failed else ()),
+            *missed,
             *_on_what_was_set_aside(choice, before, fresh, failed, refuted),
         ),
     )

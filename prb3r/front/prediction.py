@@ -88,6 +88,7 @@ def predict_on(
     steps: pd.DataFrame | Mapping[str, Any] | str | Path | None = None,
     *,
     same_bench: bool | None = None,
+    another_copy: bool = False,
     draws: int = Settings.band_draws,
     seed: int = 0,
 ) -> Prediction:
@@ -99,8 +100,9 @@ def predict_on(
     manipulator : the design: a `Manipulator`, the path of its file, or what the file would hold as a dict.
     steps : a table of load steps as for `solve`, if positions are wanted.
     same_bench : whether the design stands on the bench of the recording, mounted alike: then the zero of a force
-        sensor, a tilt of the base or gravity carry over too. None: nobody knows; the mean is for another bench, the
-        bands hold both.
+        sensor, a tilt of the base or gravity carry over too. None: it probably does; the bands hold both.
+    another_copy : whether the design, even if its file describes the recorded rig, is another one of its drawing: then
+        faults of single parts stay behind, and the bands hold tolerances.
     draws : number of draws of model and parameters that are solved for the bands.
     seed : seed of these draws; the same seed gives the same bands.
 
@@ -136,5 +138,15 @@ def predict_on(
     """
     with one_thread():
         return Prediction(
-            **vars(predict_design(diagnosis, manipulator, steps, same_bench=same_bench, draws=draws, seed=seed))
+            **vars(
+                predict_design(
+                    diagnosis,
+                    manipulator,
+                    steps,
+                    same_bench=same_bench,
+                    another_copy=another_copy,
+                    draws=draws,
+                    seed=seed,
+                )
+            )
         )

@@ -97,6 +97,8 @@ class Sharing(Strict):
     """Whether its plates are of the same stock: Young's modulus and how it changes with strain."""
     friction: bool = True
     """Whether its cables rub in its holes as theirs do."""
+    bench: bool = True
+    """Whether it stands on the bench of a recording that predicts it (`--holdout`), mounted alike."""
 
 
 OWN_SHARE, MARKER_SHARE = 0.005, 0.01

@@ -67,7 +67,8 @@ def test_what_is_likely_but_not_named_is_what_to_look_for_where_all_that_is_name
     unnamed = {kind: sum(p for kinds, p in probability.items() if kind in kinds) for kind in set(KINDS) - named}
     likely = sorted((kind for kind, p in unnamed.items() if p > 0.5), key=lambda kind: -unnamed[kind])
     sure = tuple(SimpleNamespace(kind=kind, certain=True, rivals=()) for kind in named)
-    around = {"verdict": "ambiguous", "setup": (), "rival_blunder": None, "experiments": ()}
+    around = {"verdict": "ambiguous", "setup": (), "rival_blunder": None, "experiments": (), "heldout": None}
+    around |= {"settings": {}}
     said = what_to_do(SimpleNamespace(**vars(found) | {"effects": sure} | around))
     assert said.startswith("Look at the rig itself for " if likely else "Look first at what the notes doubt")
     assert [kind for kind in KINDS if kind.replace("_", " ") in said] == [kind for kind in KINDS if kind in likely]
@@ -99,6 +100,18 @@ def test_the_closing_lines_tell_how_sure_what_is_named_is_and_what_could_stand_f
     assert not any(": certain" in line or line.startswith("- certain") for line in lines)
     plain = summary_lines(diagnosed())
     assert not any("instead of" in line for line in plain)
+
+
+def test_effects_that_predict_what_no_fit_has_seen_worse_than_constants_are_not_recommended():
+    found = diagnosed()
+    assert "takes what was learnt to other designs" in what_to_do(found)
+    worse = replace(found.heldout, rmse_calibrated_m=1e-3, rmse_explained_m=1.3e-3, noise_m=1e-3)
+    said = what_to_do(replace(found, heldout=worse))
+    (name,) = worse.sequences
+    assert f"predicts {name}, which no fit has seen, to 1.3 mm where constants alone do to 1:" in said
+    assert "take nothing of it to other designs" in said
+    for other in (replace(worse, rmse_explained_m=1.1e-3), replace(worse, noise_m=1.2e-3)):
+        assert "takes what was learnt to other designs" in what_to_do(replace(found, heldout=other))
 
 
 def test_what_to_do_names_files_that_are_there_and_only_programs_that_tell(tmp_path):

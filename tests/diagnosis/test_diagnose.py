@@ -235,7 +235,7 @@ def test_sequences_without_readings_are_not_set_aside_and_show_nothing():
 
 def pulled(tension, slip):
     nothing, steps = np.zeros(len(tension)), len(tension)
-    return Loads(tension, slip, np.zeros((steps, 2, 2)), np.zeros((steps, 2)), nothing, nothing, nothing, nothing)
+    return Loads(tension, slip, np.zeros((steps, 2, 2)), np.zeros((steps, 2)), *[nothing] * 5)
 
 
 def test_what_calibration_hides_is_brought_to_light():

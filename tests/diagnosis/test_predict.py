@@ -1,7 +1,6 @@
 """What was learnt carries over to another design, and files of it run."""
 
 import json
-import tomllib
 
 import numpy as np
 import pandas as pd
@@ -12,6 +11,7 @@ from diagnosis.simulated import MU, PROGRAM, WEAK, E, diagnosed, manipulator, st
 from prb3r import SpecError, load_manipulator, predict, solve
 from prb3r.diagnosis.fit.constants import Constants
 from prb3r.diagnosis.result.carried_constants import carried_constants
+from prb3r.model.effects.cables import TensionOffset
 from prb3r.model.manipulator import Manipulator
 from prb3r.proof.rig.simulate import simulate
 
@@ -143,38 +143,36 @@ def on_benches(weak_rig, tmp_path, effects, **bench):
 
 def test_what_belongs_to_the_bench_carries_over_where_the_design_stands_on_it(weak_rig, tmp_path):
     """The zero of a force sensor stays with the bench, its drift was that of one day."""
-    plain, wrong = (
-        load_manipulator(weak_rig / "longer.toml"),
-        Manipulator.model_validate(
-            tomllib.loads((weak_rig / "longer.toml").read_text()) | {"model": "elastica", "effect": [ZERO]}
-        ),
-    )
-    without, felt = (solve(rig.replace("model", "elastica"), STEPS) for rig in (plain, wrong))
+    plain = load_manipulator(weak_rig / "longer.toml").replace("model", "elastica")
+    wrong = Manipulator.model_validate(plain.model_dump(exclude_none=True) | {"effect": [ZERO]})
+    without, felt = (solve(rig, STEPS) for rig in (plain, wrong))
     same, other, unsaid = (
         on_benches(weak_rig, tmp_path, [ZERO, DRIFT], **bench)
         for bench in ({"same_bench": True}, {"same_bench": False}, {})
     )
-    assert [effect.kind for effect in same.manipulator.effect] == ["tension_offset"]
+    assert same.manipulator.effect == unsaid.manipulator.effect == [TensionOffset(**ZERO)]
     assert len(same.left_behind) == 1
     assert "tension drift, which went with the course of this recording" in same.left_behind[0]
-    assert other.manipulator.effect == unsaid.manipulator.effect == []
-    assert "tension offset, which belongs to the set-up of this recording; --same-bench" in other.left_behind[0]
-    for found, expected in ((same, felt), (other, without), (unsaid, without)):
+    assert other.manipulator.effect == []
+    assert "tension offset, which belongs to the bench of this recording" in other.left_behind[0]
+    for found, expected in ((same, felt), (other, without), (unsaid, felt)):
         np.testing.assert_allclose(found.positions["y_m"], expected["y_m"], atol=1e-9)
-    low, high = unsaid.positions["y_low_m"], unsaid.positions["y_high_m"]
     beyond = unsaid.positions["disk"] > 0
-    for rig in (without, felt):
-        assert rig["y_m"][beyond].between(low[beyond], high[beyond]).all()
+
+    def held(found, rig):
+        ends = (found.positions[f"y_{end}_m"][beyond] for end in ("low", "high"))
+        return rig["y_m"][beyond].between(*ends)
+
+    assert held(unsaid, without).all()
+    assert held(unsaid, felt).all()
     assert np.abs(felt["y_m"] - without["y_m"]).max() > 3e-3
-    assert (
-        not felt["y_m"][beyond].between(other.positions["y_low_m"][beyond], other.positions["y_high_m"][beyond]).any()
-    )
+    assert not held(other, felt).any()
 
 
 def test_only_where_it_matters_the_bench_is_asked_for(weak_rig, tmp_path):
     asked = [
-        any("say --same-bench or --other-bench" in remark for remark in on_benches(weak_rig, tmp_path, *said).remarks)
-        for said in ([[ZERO]], [[DRIFT]], [[WEAK]])
+        any("say --same-bench or --other-bench" in remark for remark in on_benches(weak_rig, tmp_path, effects).remarks)
+        for effects in ([ZERO], [DRIFT], [WEAK])
     ]
     assert asked == [True, False, False]
     assert not any("bench" in remark for remark in on_benches(weak_rig, tmp_path, [ZERO], same_bench=False).remarks)
@@ -184,3 +182,15 @@ def test_only_where_it_matters_the_bench_is_asked_for(weak_rig, tmp_path):
         for effects in ([ZERO], [WEAK])
     ]
     assert told == [False, True]
+
+
+def test_the_command_takes_the_bench_and_its_file_says_what_was_supposed(weak_rig, tmp_path):
+    on_benches(weak_rig, tmp_path, [ZERO])
+    files = {}
+    for option in ([], ["--same-bench"], ["--other-bench"]):
+        result = run(tmp_path, weak_rig / "longer.toml", *option)
+        assert result.exit_code == 0
+        files[" ".join(option)] = result.output
+    assert ["tension_offset" in text for text in files.values()] == [True, True, False]
+    supposed = "# the design is taken to stand on the bench of the recording, mounted alike, with tension offset: say"
+    assert [supposed in text for text in files.values()] == [True, False, False]

@@ -14,6 +14,11 @@ from prb3r.model.manipulator import Manipulator
 
 ELASTICA = {"model": "elastica"}
 """What a diagnosis calculates with."""
+RECORDED = (
+    "the design's file is that of the recorded rig, which is taken to be this one, with its parts as the readings tell "
+    "them: say --another-copy where it is another rig of one drawing",
+)
+"""What is said of the recorded rig under other loads."""
 
 
 def test_positions_are_the_mean_over_the_models_that_survive(weak_rig, tmp_path):
@@ -86,8 +91,8 @@ def test_what_alone_makes_bands_wide_is_said(weak_rig, tmp_path):
         record["posterior"]["models"] = models
         (tmp_path / "diagnosis.json").write_text(json.dumps(record))
         said.append(predict(tmp_path, weak_rig / "same.toml", weak_rig / "steps.csv").remarks)
-    assert said[0] == ()
-    (remark,) = said[1]
+    assert said[0] == RECORDED
+    (*_, remark) = said[1]
     assert "times as wide as without base_compliance, of which the recording leaves a probability of 0.10" in remark
 
 
@@ -105,8 +110,8 @@ def test_loads_that_bend_plates_further_than_the_recording_did_are_told(weak_rig
         for _ in range(segment.plates)
     ]
     most = max(thickness / 2 * bend / length for bend, (length, thickness) in zip(bends, free, strict=True))
-    assert further[10.0] == ()
-    said, *_ = further[200.0]
+    assert further[10.0] == RECORDED
+    _, said, *_ = further[200.0]
     assert f"plates are strained by up to {most:.2%} here" in said
     record = json.loads((weak_rig / "diagnosis.json").read_text())
 
@@ -122,6 +127,44 @@ def test_loads_that_bend_plates_further_than_the_recording_did_are_told(weak_rig
     assert told()[0].startswith("plates are bent up to ")
     del record["posterior"]["bending"]  # as it was written before
     assert told() == []
+
+
+def test_loads_that_bend_plates_back_are_told_where_no_recorded_step_did(weak_rig, tmp_path):
+    record, told = json.loads((weak_rig / "diagnosis.json").read_text()), []
+    assert record["posterior"]["bending"]["unloads"] is True  # every sequence lets go
+    for unloads in (True, False, None):
+        record["posterior"]["bending"]["unloads"] = unloads
+        (tmp_path / "diagnosis.json").write_text(json.dumps(record))
+        for tension in ([30.0, 60.0], [60.0, 30.0]):
+            steps = {"sequence": "a", "step": [1, 2], "cable_1_n": tension}
+            remarks = predict(tmp_path, weak_rig / "same.toml", steps, draws=40).remarks
+            told.append(any(remark.startswith("plates bend back here, which they never do") for remark in remarks))
+    assert told == [False, False, False, True, False, False]
+
+
+def test_another_rig_of_the_same_drawing_has_no_fault_of_the_recorded_one_and_bands_hold_its_tolerances(weak_rig):
+    """The weak plate stays behind; parts that nobody has measured make the bands wide."""
+    recorded, copy = (
+        predict(weak_rig, weak_rig / "same.toml", STEPS, another_copy=another, draws=60) for another in (False, True)
+    )
+    assert [effect.kind for effect in recorded.manipulator.effect] == ["weakened_plate"]
+    assert recorded.remarks == RECORDED
+    assert copy.manipulator.effect == []
+    assert "is a fault of one part of this rig" in copy.left_behind[0]
+    assert not set(copy.remarks) & set(RECORDED)
+    plain = copy.manipulator.model_copy(update={"effect": []})
+    np.testing.assert_allclose(copy.positions["y_m"], solve(plain, STEPS)["y_m"], atol=1e-4)  # over all models
+
+
+def test_what_likely_models_beside_the_named_one_leave_behind_is_told_with_its_probability(weak_rig, tmp_path):
+    record = json.loads((weak_rig / "diagnosis.json").read_text())
+    first = next(model for model in record["posterior"]["models"] if model["named"]) | {"probability": 0.7}
+    first |= {"effects": [], "free": [], "covariance": [], "constants": {}}
+    worn = first | {"named": False, "effects": [{"kind": "worn_hole", "disk": 2, "coefficient": 0.5}]}
+    record["posterior"]["models"] = [first, worn | {"probability": 0.27}, worn | {"probability": 0.03}]
+    (tmp_path / "diagnosis.json").write_text(json.dumps(record))
+    left = predict(tmp_path, weak_rig / "longer.toml").left_behind
+    assert left == ("worn hole, which is a fault of one part of this rig (probability 0.30)",)
 
 
 def test_a_draw_at_a_bound_keeps_what_the_recording_tells_of_two_parameters_together():

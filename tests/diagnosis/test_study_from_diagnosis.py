@@ -51,6 +51,24 @@ def test_of_another_geometry_that_the_study_sets_faults_of_single_parts_stay_beh
     assert "# left behind: weakened plate" in (folder / "learnt.toml").read_text()
 
 
+def test_where_nobody_says_on_which_bench_half_of_the_rigs_have_what_belongs_to_it(folder, tmp_path):
+    record = json.loads((folder / "diagnosis.json").read_text())
+    for model in record["posterior"]["models"]:
+        model |= {"effects": [{"kind": "tension_offset", "offset_n": 0.4}], "free": [], "covariance": []}
+    (tmp_path / "diagnosis.json").write_text(json.dumps(record))
+    (tmp_path / "same.toml").write_text((folder / "same.toml").read_text())
+    study, into = tmp_path / "study.toml", tmp_path / "learnt.toml"
+    study.write_text(toml_text(STUDY | {"set": {"segment.1.length_m": 0.04}}))
+    having, said = [], []
+    for bench in (None, True, False):
+        learnt = learnt_study(tmp_path, study, into, count=8, same_bench=bench)
+        into.write_text(learnt.text)
+        having.append(sum(bool(case.manipulator().effect) for case in plan_study(into).cases))
+        said.append(any("half of the rigs are for another one" in remark for remark in learnt.remarks))
+    assert having == [4, 8, 0]
+    assert said == [True, False, False]
+
+
 def test_the_modulus_that_is_learnt_is_that_of_the_rig_whatever_the_study_sets(folder):
     """The factor on E is one on the nominal modulus of the recorded rig."""
     plain, other = learnt(folder), learnt(folder, set={"youngs_modulus_pa": 1e11})

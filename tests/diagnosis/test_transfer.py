@@ -66,7 +66,7 @@ def test_the_pulley_over_which_a_load_hangs_stays_with_its_bench(effect):
     here, lossy = recorded(Case(hidden=())).manipulator, EFFECT_KINDS[effect["kind"]](**effect, efficiency=0.7)
     carried, (said,) = carried_effects([lossy], here, other_design())
     assert carried == ()
-    assert "belongs to the set-up" in said
+    assert "belongs to the bench" in said
     assert carried_effects([lossy], here, here)[0] == (lossy,)
 
 
@@ -163,7 +163,7 @@ def test_what_the_mounting_does_stays_behind_and_the_design_is_asked_for_it_if_i
     pulls = EFFECT_KINDS["gravity"](x_m_s2=-9.81)
     carried, (said,) = carried_effects([pulls], here, there)
     assert carried == ()
-    assert said.endswith("a design that is mounted alike needs gravity, and masses, in its file, or --same-bench")
+    assert said.endswith("a design that is mounted alike needs gravity, and masses, in its file")
     assert carried_effects([pulls], here, there, same_bench=True) == ((pulls,), ())
     mounted = there.model_copy(update={"effect": (EFFECT_KINDS["gravity"](y_m_s2=-9.81),)})
     carried, (said,) = carried_effects([pulls], here, mounted)

@@ -25,6 +25,7 @@ from prb3r.diagnosis.known import Task
 from prb3r.diagnosis.library import hypotheses
 from prb3r.diagnosis.library.scope import Scope
 from prb3r.diagnosis.result import named
+from prb3r.diagnosis.result.remarks import predicted_by_others
 from prb3r.diagnosis.result.rig_remarks import off_as_drawn
 from prb3r.diagnosis.search.apply import serially
 from prb3r.diagnosis.search.pool import Survivor
@@ -129,6 +130,12 @@ def test_what_one_of_the_surviving_models_predicts_is_not_refuted():
     assert both.p == pytest.approx((0.6 * wrong.p + 0.3 * right.p) / 0.9)
     (named,) = alone.by_sequence_averaged(good, [(0.6, poor), (0.3, good)])
     assert named == right
+    chosen = [SimpleNamespace(fitted=fit) for fit in (poor, good)]
+    said, silent = (predicted_by_others(choice, alone, []) for choice in chosen)
+    assert silent == predicted_by_others(chosen[0], alone, [wrong]) == predicted_by_others(chosen[0], None, []) == []
+    assert said[0].startswith(
+        f"what is named does not predict sequence {wrong.name}, which no fit has seen; only other"
+    )
 
 
 def test_parts_that_the_other_sequences_tell_are_expected_of_the_one_set_aside():

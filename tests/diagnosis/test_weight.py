@@ -56,8 +56,8 @@ def test_the_general_form_of_what_is_named_is_no_rival_of_it(monkeypatch):
 
 
 def test_a_model_has_one_form_of_a_weight_and_is_sought_with_the_general_one(rubbing):
-    """Any direction, and along x or y alone: one model of a rig cannot have two of them.  The load cells, beside whose
-    gain the weights of this rig stand, have as many forms."""
+    """Any direction, and along x or y alone: one model of a rig cannot have two of them.  A force at the tip has as
+    many forms, and so have the load cells, beside whose gain the weights of this rig stand."""
     library = hypotheses(rubbing)
     general, *special = forms = [each for each in library if each.kind == "gravity"]
     assert [{free.name for free in each.free} for each in forms] == [{"x_m_s2", "y_m_s2"}, {"x_m_s2"}, {"y_m_s2"}]
@@ -70,6 +70,8 @@ def test_a_model_has_one_form_of_a_weight_and_is_sought_with_the_general_one(rub
         {"gain"},
         {"quadratic_per_n"},
     ]
-    others = [each for each in library if each.kind not in ("gravity", "load_cell")]
+    forces = [each for each in library if each.kind == "tip_force"]
+    assert [{free.name for free in each.free} for each in forces] == [{"x_n", "y_n"}, {"x_n"}, {"y_n"}]
+    others = [each for each in library if each.kind not in ("gravity", "load_cell", "tip_force")]
     assert not any(each.generalises(other) for each in others for other in library)
-    assert set(Search(library, 0).general_forms) == {*others, general, cells[0]}
+    assert set(Search(library, 0).general_forms) == {*others, general, cells[0], forces[0]}

@@ -11,7 +11,7 @@ from prb3r.diagnosis.checks.heldout import HeldOut
 from prb3r.diagnosis.checks.residuals import ModelCheck
 from prb3r.diagnosis.result.numbers import NoiseFound, SurvivingModel, ToleranceFound
 from prb3r.diagnosis.result.statements import Estimate
-from prb3r.model.effects.cables import HoleClearance
+from prb3r.model.effects.cables import HoleClearance, TensionOffset
 from prb3r.model.effects.friction import PulleyFriction
 from prb3r.model.effects.plates import ClampCompliance, WeakenedPlate
 from prb3r.present.diagnosis import belief
@@ -152,6 +152,10 @@ def test_what_is_of_the_material_carries_over_and_faults_stay():
     assert list(belief.carry_over(told(explained=SimpleNamespace(effects=[worn, everywhere])))) == [
         "Carries over to other designs of the same material and cables: E, μ, pulley friction.",
         "Stays with this rig: weakened plate, which is a fault of one part of this rig.",
+    ]
+    zero = TensionOffset(kind="tension_offset", offset_n=0.3)
+    assert list(belief.carry_over(told(explained=SimpleNamespace(effects=[everywhere, zero]))))[1:] == [
+        "To other designs on this bench, mounted alike, carries over too: tension offset (not with --other-bench)."
     ]
     clamps, play = ClampCompliance(compliance_rad_per_n_m=0.01), HoleClearance(clearance_m=1e-4)
     assert list(belief.carry_over(told(explained=SimpleNamespace(effects=[clamps, play])))) == [

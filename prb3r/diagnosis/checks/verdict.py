@@ -75,8 +75,9 @@ def verdict_on(choice: Choice, unsure: bool) -> str:
 
     Parameters
     ----------
-    unsure : whether another effect, or a blunder of the set-up, explains the recording as well as a chosen effect, or a
-        number of a chosen effect ends where the search ended or is one that no rig has.
+    unsure : whether another effect, or a blunder of the set-up, explains the recording as well as a chosen effect, a
+        number of a chosen effect ends where the search ended or is one that no rig has, or sequences set aside are
+        predicted by other models alone.
     """
     if not choice.kinds:
         return "adequate"

@@ -33,7 +33,7 @@ def _of_the_mounting(effect: Effect, here: Manipulator, there: Manipulator) -> s
     instead = (
         "the gravity in the file of this design acts"
         if falls
-        else "a design that is mounted alike needs gravity, and masses, in its file, or --same-bench"
+        else "a design that is mounted alike needs gravity, and masses, in its file"
     )
     return f"{effect_in_words(effect)}, which goes with the way this rig was mounted; {instead}"
 
@@ -93,12 +93,12 @@ def _force(scope: Scope, place: Place) -> tuple[Free, ...]:
     """Free parameters of `tip_force`: along either axis up to five times the force whose moment about the base is that
     of the largest tension at the largest offset; prior sd 0.3 times that force."""
     size = scope.moment / scope.chain.length
-    return tuple(Free(f"{axis}_n", 0.0, -5 * size, 5 * size, scale=size, sd=0.3) for axis in "xy")
+    both = (Free(f"{axis}_n", 0.0, -5 * size, 5 * size, scale=size, sd=0.3) for axis in "xy")
+    return tuple(free for free in both if free.name not in place)
 
 
 def _force_sentence(fitted: Occurrence) -> str:
-    x, y = fitted.estimates["x_n"], fitted.estimates["y_n"]
-    return f"An unrecorded force of {x} N along x and {y} N along y acts at the tip."
+    return f"An unrecorded force of {_along(fitted, 'n', 'N')} acts at the tip."
 
 
 def _tool(scope: Scope, place: Place) -> tuple[Free, ...]:
@@ -198,7 +198,14 @@ LOAD_SUSPECTS = (
         free=_self_weight,
         presence=_weighs_something,
     ),
-    Suspect("tip_force", _force_sentence, OF_THE_SETUP, free=_force, presence=rare),
+    Suspect(
+        "tip_force",
+        _force_sentence,
+        OF_THE_SETUP,
+        places=lambda scope: _in_any_direction("n"),
+        free=_force,
+        presence=rare,
+    ),
     Suspect(
         "tip_mass",
         _tool_sentence,

@@ -180,14 +180,7 @@ class Scope(NamedTuple):
 
         A sequence begins with straight plates, so that bending away from straight, to either side, is loading.
         """
-        least = self.settings.side_share * self.largest_bend
-        for rows in np.split(self.bend, np.flatnonzero(self.recording.begins)[1:]):
-            known = rows[np.isfinite(rows).all(1)]
-            for bend in (known, -known):
-                farthest = np.maximum.accumulate(bend, axis=0)
-                if ((farthest > least) & (farthest - bend > least)).any():
-                    return True
-        return False
+        return bends_back(self.bend, self.recording.begins, self.settings.side_share * self.largest_bend)
 
     @property
     def mean_node_rigidity(self) -> np.ndarray:
@@ -224,3 +217,20 @@ def structure(chain: Chain) -> tuple[Any, ...]:
     slips = chain.hysteresis.slipping, chain.hysteresis.flagged
     memory = chain.presliding > 0, chain.relaxation != 0, slips
     return chain.stiffness.shape, tuple(chain.reach.tolist()), chain.edges, memory
+
+
+def bends_back(bend: np.ndarray, begins: np.ndarray, least: float) -> bool:
+    """Whether some plate bends back by more than `least` within a sequence, after it was bent as far to that side.
+
+    Parameters
+    ----------
+    bend : (s, n) bend of every plate at each step, rad; NaN without an equilibrium.
+    begins : (s,) whether a step is the first of its sequence.
+    """
+    for rows in np.split(bend, np.flatnonzero(begins)[1:]):
+        known = rows[np.isfinite(rows).all(1)]
+        for side in (known, -known):
+            farthest = np.maximum.accumulate(side, axis=0)
+            if ((farthest > least) & (farthest - side > least)).any():
+                return True
+    return False

@@ -164,7 +164,7 @@ def rare(settings: Settings) -> float:
 OF_A_PART = left_behind("is a fault of one part of this rig")
 OF_THE_COURSE = left_behind("went with the course of this recording, from step to step")
 OF_THE_CAMERA = left_behind("is in the pictures of this recording, not in the rig")
-OF_THE_SETUP = left_behind("belongs to the set-up of this recording; --same-bench carries it over")
+OF_THE_SETUP = left_behind("belongs to the bench of this recording, and this design stands elsewhere")
 
 
 @dataclass(frozen=True)

@@ -3,9 +3,12 @@
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
+import numpy as np
+
 from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.diagnosis.result.effects import NamedEffect
 from prb3r.diagnosis.result.proposals import files_of, proposed
+from prb3r.diagnosis.settings import Settings
 from prb3r.markdown import listed
 
 
@@ -80,6 +83,11 @@ def _after_the_setup(diagnosis: Diagnosis) -> str:
         return _where_unexplained(diagnosis)
     if diagnosis.verdict == "adequate":
         return f"Simulate this rig with calibrated.toml; {_where_nothing_is_named(diagnosis)}."
+    if worse := predicted_worse(diagnosis):
+        return (
+            f"What is named predicts {worse}: believe it once it predicts another recording better, and take nothing "
+            "of it to other designs before."
+        )
     carried = "prb3r predict takes what was learnt to other designs"
     if diagnosis.verdict == "explained":
         unseen = "" if diagnosis.heldout else " Record three sequences or more to confirm it: none was set aside."
@@ -101,6 +109,25 @@ def _after_the_setup(diagnosis: Diagnosis) -> str:
     return (
         f"Look at the rig itself for {kinds}: no load program that was tried tells {questions}. Until then {weighed}."
     )
+
+
+def predicted_worse(diagnosis: Diagnosis) -> str:
+    """What no fit has seen and the named effects predict worse than constants alone do, with both errors, to follow
+    "predicts"; empty where there is none.
+
+    Errors count that are `Settings.worse` times those of constants alone, and as many times the noise.
+    """
+    held, least = diagnosis.heldout, Settings(**diagnosis.settings).worse
+    if held is None or not diagnosis.effects:
+        return ""
+    of_positions = held.rmse_calibrated_m, held.rmse_explained_m, held.noise_m, 1e3, "mm"
+    of_angles = held.rmse_calibrated_rad, held.rmse_explained_rad, held.noise_rad, 180 / np.pi, "degrees"
+    said = [
+        f"to {factor * after:.3g} {unit} where constants alone do to {factor * before:.3g}"
+        for before, after, noise, factor, unit in (of_positions, of_angles)
+        if before is not None and after is not None and noise is not None and after > least * max(before, noise)
+    ]
+    return f"{listed(held.sequences)}, which no fit has seen, {listed(said)}" if said else ""
 
 
 def _where_nothing_is_named(diagnosis: Diagnosis) -> str:

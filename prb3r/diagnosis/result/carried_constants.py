@@ -57,14 +57,16 @@ def carried_constants(
     there: Manipulator,
     effects: Sequence[Effect] = (),
     most_faults: int = Settings.most_faults,
+    *,
+    another_copy: bool = False,
 ) -> Constants:
     """Constants found on the manipulator `here`, beside `effects`, as factors on the nominal ones of `there`; the frame
     is left at zero.
 
     Where so many plates have another stiffness that it is how the rig's plates are made, their mean goes with the
-    factor on stiffness.  `most_faults` as of :func:`carried_effects`.
+    factor on stiffness.  `most_faults` and `another_copy` as of :func:`carried_effects`.
     """
-    stiffness, one_rig = constants.log_stiffness, same_geometry(here, there)
+    stiffness, one_rig = constants.log_stiffness, not another_copy and same_geometry(here, there)
     if one_rig:
         stiffness += np.log(stiffness_ratio(here, there))  # it is as stiff as it was, whatever its file states
     elif any(segment.bending_stiffness_n_m2 is None for rig in (here, there) for segment in rig.segment):

@@ -8,7 +8,7 @@ could not explain widens the band (`discrepancy.py`).
 
 import json
 import warnings
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import cycle
 from pathlib import Path
@@ -51,11 +51,11 @@ UNMENDED = (
     f"{MENDED}/manipulator.toml in the folder of the diagnosis"
 )
 """What is said of a design that is the recorded rig as it was noted wrongly."""
-_EITHER_BENCH = (
-    "the mean is for another bench, without {}; half of the draws behind the bands have what belongs to the bench of "
-    "the recording: say --same-bench or --other-bench"
+_RECORDED = (
+    "the design's file is that of the recorded rig, which is taken to be this one, with its parts as the readings tell "
+    "them: say --another-copy where it is another rig of one drawing"
 )
-"""What is said, with effects in words, where nobody tells on which bench a design stands."""
+"""What is said where a design has the geometry of the recorded rig."""
 _OF_WHAT_STAYS = (
     "of what stays with the recorded rig the prediction has what the design's file states, and its bands nothing"
 )
@@ -92,6 +92,7 @@ def predict_design(
     steps: pd.DataFrame | Mapping[str, Any] | str | Path | None = None,
     *,
     same_bench: bool | None = None,
+    another_copy: bool = False,
     draws: int = Settings.band_draws,
     seed: int = 0,
 ) -> DesignPrediction:
@@ -106,19 +107,22 @@ def predict_design(
         raise SpecError(Problem(str(manipulator) if isinstance(manipulator, str | Path) else given.name, UNMENDED))
     columns = read_table(steps) if isinstance(steps, str | Path) else steps
     timed = columns is None or TIME in columns
-    on_bench, elsewhere = (LearntDesign(known, given, same, timed) for same in (True, False))
-    design = on_bench if same_bench else elsewhere
+    on_bench, elsewhere = (LearntDesign(known, given, same, another_copy, timed) for same in (True, False))
+    design = elsewhere if same_bench is False else on_bench
     posterior = design.posterior
     (central, left), remarks = design.of(posterior.named), design.remarks
+    left = (*dict.fromkeys(left), *_left_of_others(design, left))
+    if design.recorded:
+        remarks.append(_RECORDED)
     if verdict == "unexplained":
         remarks.append(UNEXPLAINED)
+    benches: tuple[LearntDesign, ...] = (design,)
+    if same_bench is None and (of_the_bench := effects_of_the_bench(on_bench, elsewhere)):
+        benches = on_bench, elsewhere
+        remarks.append(said_of_benches(of_the_bench, "" if steps is None else "half of the draws behind the bands are"))
     if steps is None:
         return DesignPrediction(central, left, tuple(remarks), None)
-    benches: tuple[LearntDesign, ...] = (design,)
-    if same_bench is None and (of_the_bench := _of_the_bench(on_bench, elsewhere)):
-        benches = elsewhere, on_bench
-        remarks.append(_EITHER_BENCH.format(listed(of_the_bench)))
-    if benches[-1].of(posterior.named).left_behind:
+    if left:
         remarks.append(_OF_WHAT_STAYS)
     recorded, rng = design.recorded, np.random.default_rng([seed, 1])
     common = common_stiffness_sd(posterior.manipulator, design.given, posterior.tolerance)
@@ -135,8 +139,9 @@ def predict_design(
 
     centre = averaged([(share, predicted(centre, made=False)) for share, centre in posterior.centres])
     if posterior.bending is not None:
-        bending = bending_of(central, centre[:, PREDICTED.index("angle_rad")].reshape(-1, central.plates + 1))
-        remarks += filter(None, [bending.beyond(posterior.bending, Settings.bent_beyond)])
+        angle = centre[:, PREDICTED.index("angle_rad")].reshape(-1, central.plates + 1)
+        bending, seen = bending_of(central, angle, blocks.table.begins), posterior.bending
+        remarks += filter(None, [bending.beyond(seen, Settings.bent_beyond), bending.back(seen)])
     rigs = posterior.draws(draws, seed)
     spread = np.stack([predicted(rig, made=True, where=where) for rig, where in zip(rigs, cycle(benches))])
     if (discrepancy := posterior.discrepancy) is not None:
@@ -156,7 +161,29 @@ def predict_design(
     return DesignPrediction(central, left, tuple(remarks), _banded(blocks.whole(), centre, spread))
 
 
-def _of_the_bench(on_bench: LearntDesign, elsewhere: LearntDesign) -> tuple[str, ...]:
+def _left_of_others(design: LearntDesign, left: Sequence[str]) -> Iterator[str]:
+    """What a design leaves behind of other models than the named one, of which `left` tells, with its probability over
+    all models; nothing of less than `Settings.alike_rate`."""
+    shares = dict[str, float]()
+    for probability, rig in design.posterior.centres:
+        for reason in set(design.of(rig).left_behind).difference(left):
+            shares[reason] = shares.get(reason, 0.0) + probability
+    for reason, probability in sorted(shares.items(), key=lambda each: (-each[1], each[0])):
+        if probability >= Settings.alike_rate:
+            yield f"{reason} (probability {probability:.2f})"
+
+
+def said_of_benches(effects: Sequence[str], half: str = "") -> str:
+    """What is said where nobody tells on which bench a design stands: that of the recording has `effects`, in words;
+    `half` says what is for another one, if anything."""
+    other = f"; {half} for another one" if half else ""
+    return (
+        f"the design is taken to stand on the bench of the recording, mounted alike, with {listed(effects)}{other}: "
+        "say --same-bench or --other-bench"
+    )
+
+
+def effects_of_the_bench(on_bench: LearntDesign, elsewhere: LearntDesign) -> tuple[str, ...]:
     """In words the effects of the models, those of the named one first, that a design has on the bench of the recording
     alone."""
     rigs = [on_bench.posterior.named, *(rig for _, rig in on_bench.posterior.centres)]

@@ -35,15 +35,17 @@ class LearntDesign:
     """After the recording."""
     given: Manipulator
     """As the design's file describes it."""
-    same_bench: bool = False
+    same_bench: bool = True
     """Whether it stands on the bench of the recording, mounted alike: then what belongs to the set-up carries over."""
+    another_copy: bool = False
+    """Whether it is another rig even if its file describes the recorded one."""
     timed: bool = True
     """Whether the loads have times; else friction that goes by the rate is taken as it is at its reference rate."""
 
     @cached_property
     def posterior(self) -> Posterior:
         """The posterior that predictions rest on."""
-        return self.known.resting(self.recorded)
+        return self.known.resting(self.recorded, self.same_bench)
 
     @cached_property
     def bare(self) -> Manipulator:
@@ -56,7 +58,7 @@ class LearntDesign:
     @cached_property
     def recorded(self) -> bool:
         """Whether it is the recorded rig."""
-        return same_geometry(self.known.manipulator, self.given)
+        return not self.another_copy and same_geometry(self.known.manipulator, self.given)
 
     def of(self, drawn: Drawn) -> Learnt:
         """The design with the constants and effects of a rig, as far as they carry over."""
@@ -64,11 +66,13 @@ class LearntDesign:
         felt = [effect for effect in drawn.effects if self.timed or not effect.needs_times]
         effects, left = self._carried(felt, there)
         left = (*left, *nominal_left_behind(here, there), *constants_left_behind(here, there, felt))
-        return Learnt(adjusted(there, carried_constants(drawn.constants, here, there, felt), effects), left)
+        constants = carried_constants(drawn.constants, here, there, felt, another_copy=self.another_copy)
+        return Learnt(adjusted(there, constants, effects), left)
 
     def _carried(self, effects: Iterable[Effect], there: Manipulator) -> tuple[tuple[Effect, ...], tuple[str, ...]]:
         """The `effects` as they act on the design `there`, and the reasons for those that are left behind."""
-        return carried_effects(effects, self.posterior.manipulator, there, same_bench=self.same_bench)
+        here, how = self.posterior.manipulator, {"same_bench": self.same_bench, "another_copy": self.another_copy}
+        return carried_effects(effects, here, there, **how)
 
     @property
     def remarks(self) -> list[str]:

@@ -4,10 +4,16 @@ chooses."""
 import os
 import tomllib
 from collections.abc import Iterable, Iterator, Mapping
+from itertools import cycle
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from prb3r.diagnosis.result.design_prediction import UNEXPLAINED, read_posterior
+from prb3r.diagnosis.result.design_prediction import (
+    UNEXPLAINED,
+    effects_of_the_bench,
+    read_posterior,
+    said_of_benches,
+)
 from prb3r.diagnosis.result.learnt_design import LearntDesign
 from prb3r.diagnosis.result.transfer import other_geometry
 from prb3r.diagnosis.settings import Settings
@@ -43,7 +49,8 @@ def learnt_study(
     into: str | Path,
     count: int = Settings.learnt_rigs,
     seed: int = 0,
-    same_bench: bool = False,
+    same_bench: bool | None = None,
+    another_copy: bool = False,
 ) -> LearntStudy:
     """A study file with the factor `learnt` added: `count` rigs that a diagnosis leaves possible.
 
@@ -54,7 +61,9 @@ def learnt_study(
     Parameters
     ----------
     into : path of the file that the text is for; the path of the manipulator is written relative to its folder.
-    same_bench : whether the designs stand on the bench of the recording, mounted alike.
+    same_bench : whether the designs stand on the bench of the recording, mounted alike; None: nobody knows, and half of
+        the rigs do.
+    another_copy : whether they are other rigs even where they have the geometry of the recorded one.
 
     Raises
     ------
@@ -69,14 +78,18 @@ def learnt_study(
         raise SpecError(Problem(f"{path} factor.{LEARNT}", "has what was learnt already; give the study without it"))
     design = _design(spec, path)
     posterior, verdict = read_posterior(diagnosis)
-    known = LearntDesign(posterior, design, same_bench, timed=False)
-    carried = [known.of(draw) for draw in known.posterior.draws(count, seed)]
+    on_bench, elsewhere = (LearntDesign(posterior, design, same, another_copy, timed=False) for same in (True, False))
+    known = elsewhere if same_bench is False else on_bench
+    of_the_bench = effects_of_the_bench(on_bench, elsewhere) if same_bench is None else ()
+    benches = [on_bench, elsewhere] if of_the_bench else [known]
+    carried = [where.of(draw) for draw, where in zip(known.posterior.draws(count, seed), cycle(benches))]
     drawn, left = [rig for rig, _ in carried], dict.fromkeys(reason for _, reasons in carried for reason in reasons)
     levels = [{"label": str(k), "set": dict(_changes(_plain(design), _plain(rig)))} for k, rig in enumerate(drawn, 1)]
     added = toml_text({"factor": [{"name": LEARNT, "chosen": False, "level": levels}]})
     if spec.sampling is None:
         added = toml_text({"sampling": {"method": "sobol", "count": count}}) + "\n" + added
     remarks = [*(f"left behind: {reason}" for reason in left), *known.remarks]
+    remarks += [said_of_benches(of_the_bench, "half of the rigs are")] if of_the_bench else []
     remarks += [*_goes_with_all(spec, known), *_in_place_of_learnt(spec, levels)]
     if verdict == "unexplained":
         remarks.append(f"{UNEXPLAINED}, and the draws leave that out")

@@ -165,8 +165,10 @@ class Posterior(Strict):
     """The model that predicts best where the recording is unexplained: predictions rest on it alone then, as the
     probabilities of models that all leave something say little."""
     carried: ModelPosterior | None = None
-    """As `reported`, for designs of another geometry, with what it misses where the effects that stay behind are not
-    there."""
+    """As `reported`, for designs of another geometry on another bench, with what it misses where the effects that stay
+    behind are not there."""
+    on_bench: ModelPosterior | None = None
+    """As `carried`, for designs on the bench of the recording; absent in what was written before: as `carried`."""
     bending: Bending | None = None
     """How far plates were bent; absent in what was written before this was noted."""
 
@@ -176,10 +178,12 @@ class Posterior(Strict):
             return False
         return same_geometry(self.as_filed, design)
 
-    def resting(self, same_geometry: bool) -> "Posterior":
+    def resting(self, same_geometry: bool, same_bench: bool) -> "Posterior":
         """The posterior that predictions for a design rest on: where the recording is unexplained, a single model."""
-        alone = self.reported if same_geometry else self.carried
-        return self.model_copy(update={"models": [alone], "reported": None, "carried": None}) if alone else self
+        elsewhere = (same_bench and self.on_bench) or self.carried
+        alone = self.reported if same_geometry else elsewhere
+        rest = dict.fromkeys(("reported", "carried", "on_bench"))
+        return self.model_copy(update={"models": [alone], **rest}) if alone else self
 
     @property
     def rests_on_constants(self) -> bool:

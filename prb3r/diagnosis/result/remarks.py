@@ -38,6 +38,21 @@ def not_predicted(failed: Sequence[JudgedSequence]) -> list[str]:
     return remarks
 
 
+def predicted_by_others(choice: Choice, fresh: Unseen | None, failed: Sequence[JudgedSequence]) -> list[str]:
+    """A sentence on the sequences set aside that the chosen set of effects does not predict, but other sets that stand
+    do, so that on average over all none has `failed`."""
+    if fresh is None or failed:
+        return []
+    missed = [sequence.name for sequence in fresh.by_sequence(choice.fitted) if sequence.p < fresh.rate]
+    if not missed:
+        return []
+    which = f"sequence{'s' * (len(missed) > 1)} {listed(missed)}"
+    return [
+        f"what is named does not predict {which}, which no fit has seen; only other sets of effects that stand do: "
+        "do not rely on its numbers"
+    ]
+
+
 def refuted_sets(choice: Choice, refuted: Sequence[Survivor]) -> list[str]:
     """Sets of effects that explain the fitted sequences as the chosen set does, but do not predict those set aside, a
     sentence each."""

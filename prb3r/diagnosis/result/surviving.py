@@ -43,8 +43,9 @@ def posterior_of(investigation: Investigation) -> Posterior:
         tolerance=recording.tolerance,
         models=models,
         reported=_alone(*best_of_rig(investigation)) if unexplained else None,
-        carried=_alone(*best_elsewhere(investigation)) if unexplained else None,
-        bending=bending_of(recording.manipulator, choice.fitted.solved.states.angle),
+        carried=_alone(*best_elsewhere(investigation, same_bench=False)) if unexplained else None,
+        on_bench=_alone(*best_elsewhere(investigation, same_bench=True)) if unexplained else None,
+        bending=bending_of(recording.manipulator, choice.fitted.solved.states.angle, recording.begins),
     )
 
 

@@ -62,15 +62,21 @@ class Carried:
 
 
 def on_other(diagnosis: Diagnosis, recording: Recording) -> Carried:
-    """The prediction of another recording by `diagnosis`, with its errors, as on held-out sequences.
+    """The prediction of another recording by `diagnosis`, with its errors, as on held-out sequences; on the bench of
+    the diagnosed recording, unless its file says otherwise (`Sharing.bench`).
 
     The explained prediction is the mean over the surviving models, by their probabilities; the other one has the
     calibrated constants alone.
     """
     nominal, other, settings = diagnosis.nominal, recording.manipulator, Settings(**diagnosis.settings)
-    rests = diagnosis.posterior.resting(same_geometry(nominal, other))
+    same_bench = recording.sharing.bench
+    rests = diagnosis.posterior.resting(same_geometry(nominal, other), same_bench)
     most, named = settings.most_faults, rests.named
-    carried, left = carried_effects(named.effects, nominal, other, most)
+
+    def moved(effects: Iterable[Effect]) -> tuple[tuple[Effect, ...], tuple[str, ...]]:
+        return carried_effects(effects, nominal, other, most, same_bench)
+
+    carried, left = moved(named.effects)
     predict = predictor(recording, settings)
     after = predict.solve(carried_constants(named.constants, nominal, other, named.effects, most), carried)
     noise = noise_under(predict, after, settings)
@@ -78,14 +84,14 @@ def on_other(diagnosis: Diagnosis, recording: Recording) -> Carried:
 
     def seen(model: Drawn | FittedModel) -> np.ndarray:
         constants = carried_constants(model.constants, nominal, other, model.effects, most)
-        return _in_frame(predict, noise, constants, carried_effects(model.effects, nominal, other, most)[0])
+        return _in_frame(predict, noise, constants, moved(model.effects)[0])
 
     explained = averaged([(share, seen(centre)) for share, centre in rests.centres])
     chosen = seen(named)
 
     def errors_without(effect: NamedEffect) -> HeldOut | None:
         rest = effect.without
-        if rest is None or len(carried_effects(rest.effects, nominal, other, most)[0]) == len(carried):
+        if rest is None or len(moved(rest.effects)[0]) == len(carried):
             return None
         return compared(predict, noise, seen(rest), chosen)
 
@@ -108,6 +114,7 @@ def carried_effects(
     there: Manipulator,
     most_faults: int = Settings.most_faults,
     same_bench: bool = False,
+    another_copy: bool = False,
 ) -> tuple[tuple[Effect, ...], tuple[str, ...]]:
     """The effects of the manipulator `here` as they act on `there`, and the reasons for those that are left behind.
 
@@ -115,9 +122,10 @@ def carried_effects(
     ----------
     most_faults : number of plates of another stiffness up to which they count as faults of single parts.
     same_bench : whether `there` stands on the bench of `here`, mounted alike.
+    another_copy : whether `there`, even if its file is that of `here`, is another rig.
     """
     effects = tuple(effects)
-    if not same_geometry(here, there):
+    if another_copy or not same_geometry(here, there):
         return other_geometry(effects, here, there, most_faults, same_bench)
     return _possible(zip(effects, effects, strict=True), here, there)
 

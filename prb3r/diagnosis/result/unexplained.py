@@ -13,6 +13,7 @@ from prb3r.diagnosis.result.carried_constants import log_of_scatter
 from prb3r.diagnosis.result.discrepancy import Discrepancy, from_straight
 from prb3r.diagnosis.result.investigation import Investigation
 from prb3r.diagnosis.result.transfer import other_geometry
+from prb3r.diagnosis.settings import Settings
 from prb3r.model.effects.base import Effect
 from prb3r.recording.recording import Kind
 
@@ -23,30 +24,34 @@ def best_of_rig(investigation: Investigation) -> tuple[Fit, Discrepancy | None]:
     return _best(investigation, investigation.reported.constants, investigation.reported.effects)
 
 
-def best_elsewhere(investigation: Investigation) -> tuple[Fit, Discrepancy | None]:
-    """As :func:`best_of_rig`, for designs of another geometry.  There the effects that do not carry over are missing:
-    the reported model is held against the readings without them, with a modulus as it carries over.
+def best_elsewhere(investigation: Investigation, same_bench: bool) -> tuple[Fit, Discrepancy | None]:
+    """As :func:`best_of_rig`, for designs of another geometry, on the bench of the recording or elsewhere.  There the
+    effects that do not carry over are missing: the reported model is held against the readings without them, with a
+    modulus as it carries over.
 
     In an unexplained recording faults of single parts may balance effects that do carry over, which are of no use then.
+    And what stands in for physics that is left out fits its own rig: it has to remove `Settings.carried_gain` of what
+    constants alone leave.
     """
     nominal, reported = investigation.recording.manipulator, investigation.reported
     constants = reported.constants
     stiffness = constants.log_stiffness + log_of_scatter(reported.effects, nominal)
     carried = constants._replace(log_stiffness=stiffness)
-    return _best(investigation, carried, other_geometry(reported.effects, nominal, nominal)[0])
+    effects, _ = other_geometry(reported.effects, nominal, nominal, same_bench=same_bench)
+    return _best(investigation, carried, effects, Settings.carried_gain)
 
 
 def _best(
-    investigation: Investigation, constants: Constants, effects: Sequence[Effect]
+    investigation: Investigation, constants: Constants, effects: Sequence[Effect], least_gain: float = 0.0
 ) -> tuple[Fit, Discrepancy | None]:
     """The reported model if it predicts better with `constants` and `effects` in the place of its own than constants
-    alone do, else these; with its discrepancy."""
+    alone do, by more than `least_gain` of what these leave beyond noise, else these; with its discrepancy."""
     reported, alone = investigation.reported, investigation.refitted
     (predict, noise), *_ = parts = _recorded(investigation)
     before, after = predict.solve(alone.constants, alone.effects), predict.solve(constants, effects)
     errors = compared(predict, noise, before.readings, after.readings)
     lost = np.isnan(after.readings).sum() > np.isnan(before.readings).sum()
-    if lost or errors.chi2_explained >= errors.chi2_calibrated:
+    if lost or errors.gain <= least_gain:
         return alone, _discrepancy(parts, alone.constants, alone.effects)
     return reported, _discrepancy(parts, constants, effects)
 

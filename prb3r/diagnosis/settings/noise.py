@@ -119,6 +119,12 @@ class SequencesSettings:
     misleading: float = 2.0
     """Effects mislead that, with all parts as drawn, predict what was set aside so many times as far off as constants
     alone do.  Choice: of 20 simulated rigs with effects (seed 49) none does even as far off as that."""
+    worse: float = 1.2
+    """Effects predict what was set aside worse than constants alone if their error is so many times as large, and so
+    many times the noise.  Choice: by a fifth, as some twenty readings tell an error to a sixth."""
+    carried_gain: float = 0.5
+    """Share of the squared error beyond noise that constants alone leave, of what was set aside, which effects of an
+    unexplained recording must remove to carry over to another geometry.  Choice: the larger part."""
     fewest_repeats: int = 8
     """Repeated steps from which on their scatter is held against the stated noise.  Choice: told to a quarter."""
 

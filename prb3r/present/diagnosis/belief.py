@@ -177,7 +177,9 @@ def carry_over(diagnosis: Diagnosis) -> Iterator[str]:
         return
     known = [effect for effect in diagnosis.explained.effects if effect.kind != "empirical_moment"]
     most_faults = Settings(**diagnosis.settings).most_faults
-    carried, left = other_geometry(known, diagnosis.nominal, diagnosis.nominal, most_faults)
+    nominal = diagnosis.nominal
+    carried, _ = other_geometry(known, nominal, nominal, most_faults)
+    benched, left = other_geometry(known, nominal, nominal, most_faults, same_bench=True)
     if carried:
         doubtful = {effect.kind: f" ({sureness(effect)})" for effect in diagnosis.effects if not effect.certain}
         kinds = dict.fromkeys(say.spaced(effect.kind) + doubtful.get(effect.kind, "") for effect in carried)
@@ -189,6 +191,9 @@ def carry_over(diagnosis: Diagnosis) -> Iterator[str]:
         constants = say.constants_in_brief(diagnosis)
         carry = "carry" if " " in constants else "carries"
         yield f"To other designs of the same material and cables {constants} {carry} over, no effect does."
+    if of_the_bench := [say.spaced(effect.kind) for effect in benched if effect not in carried]:
+        there = listed(list(dict.fromkeys(of_the_bench)))
+        yield f"To other designs on this bench, mounted alike, carries over too: {there} (not with --other-bench)."
     for reason in dict.fromkeys(left):
         yield f"Stays with this rig: {reason}."
     if diagnosis.alternatives:

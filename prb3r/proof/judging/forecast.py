@@ -52,7 +52,7 @@ def _forecast(diagnosis: Diagnosis, folder: Path, target: Mapping[str, Any]) -> 
     )
     design = manipulator_of(target["manipulator"])
     shape = (len(steps), design.plates + 1, len(PREDICTED))
-    table = predict_design(folder, design, steps).positions
+    table = predict_design(folder, design, steps, same_bench=False).positions
     assert table is not None
     constants = carried_constants(diagnosis.calibrated.constants, diagnosis.nominal, design)
     alone = solve(adjusted(design, constants, ()), steps)
