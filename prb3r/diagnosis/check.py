@@ -50,6 +50,7 @@ from prb3r.diagnosis.search.pool import Survivor
 from prb3r.diagnosis.search.rivals import with_replacements
 from prb3r.diagnosis.search.selection import Choice
 from prb3r.model.effects.base import Effect
+from prb3r.recording.frozen import frozen
 from prb3r.recording.holds import creeping
 from prb3r.recording.plausibility import slips_the_other_way
 
@@ -108,6 +109,7 @@ def check(searched: Searched, blunder: Blunder | None = None) -> Investigation:
             *doubted.recording.remarks,
             *slips_the_other_way(doubted.recording),
             *creeping(doubted.recording),
+            *frozen(doubted.recording),
             *or_a_blunder(blunder),
             *_on_what_is_reported(doubted, reported, [reported.effects[k] for k in effects]),
             *_on_the_model(choice, doubted, checks, tolerances, unexplained=bool(why)),

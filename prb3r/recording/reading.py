@@ -80,7 +80,7 @@ def load_recording(path: str | Path) -> Recording:
         of_sequence=of_sequence.astype(np.int64),
         loads=loads_of(manipulator, manipulator.chain(), steps),
         readings=readings,
-        remarks=(*findings.remarks, *doubts(manipulator, described.measurement)),
+        remarks=(*findings.remarks, *doubts(manipulator, described.measurement, described.tolerance)),
     )
 
 

@@ -8,7 +8,7 @@ import pandas as pd
 
 from prb3r.errors import Problem
 from prb3r.model.manipulator import Manipulator
-from prb3r.recording.recording import FRAME_REACH, Kind, Measurement
+from prb3r.recording.recording import FRAME_REACH, Kind, Measurement, Tolerance
 
 FARTHEST_POSITION, NEAREST_POSITION = 3.0, 0.01
 """Positions are taken to be in another unit if they are more than the first number of manipulator lengths away, or less
@@ -23,6 +23,8 @@ may be gross outliers.  Choice."""
 MOST_TURNS, MEAN_BEND = 1.5, 0.6
 """An angle is taken for degrees if it exceeds the first number of turns and the second, in rad, times the number of its
 disk; a bend if it exceeds half a turn.  Choice: no rig coils up so far."""
+DOUBTED_TOLERANCE = 0.3
+"""Standard deviation of a place or a length, over the longest plate, above which its unit is doubted.  Choice."""
 DOUBTED_POSITION, DOUBTED_ANGLE, DOUBTED_TENSION = 0.1, 0.3, 0.2
 """Standard deviations above which their unit is doubted: of positions over the length of the manipulator, of angles in
 rad, and of tensions, relative.  Choice: nobody would read or pull so badly."""
@@ -64,7 +66,7 @@ def angle_problems(readings: pd.DataFrame, where: str) -> Iterator[Problem]:
             yield Problem(f"{where} column {kind.column}", what)
 
 
-def doubts(manipulator: Manipulator, measurement: Measurement) -> Iterator[str]:
+def doubts(manipulator: Manipulator, measurement: Measurement, tolerance: Tolerance) -> Iterator[str]:
     """Sentences on standard deviations so large that they look like another unit."""
     length, position, angle = manipulator.chain().length, measurement.position_sd_m, measurement.angle_sd_rad
     if position and position > DOUBTED_POSITION * length:
@@ -73,3 +75,9 @@ def doubts(manipulator: Manipulator, measurement: Measurement) -> Iterator[str]:
         yield f"angle_sd_rad = {angle:g} is {math.degrees(angle):.3g} degrees; in radians?"
     if (share := measurement.tension_sd_relative) > DOUBTED_TENSION:
         yield f"tension_sd_relative = {share:g} is {share:.0%}; not in percent?"
+    if (share := tolerance.thickness_relative) > DOUBTED_TENSION:
+        yield f"thickness_relative = {share:g} is {share:.0%}; not in percent?"
+    longest = max(segment.length_m for segment in manipulator.segment)
+    for name in ("offset_m", "length_m", "marker_m"):
+        if (sd := getattr(tolerance, name)) and sd > DOUBTED_TOLERANCE * longest:
+            yield f"{name} = {sd:g} under [tolerance] is much for a plate of {longest:.4g} m; in metres?"

@@ -220,6 +220,19 @@ def test_deviations_of_another_unit_are_doubted(bench, key, value, said):
     assert bench.load().remarks == (said,)
 
 
+@pytest.mark.parametrize(
+    ("key", "value", "said"),
+    [
+        ("marker_m", 0.2, "marker_m = 0.2 under [tolerance] is much for a plate of 0.03 m; in metres?"),
+        ("length_m", 0.01, "length_m = 0.01 under [tolerance] is much for a plate of 0.03 m; in metres?"),
+        ("thickness_relative", 1.0, "thickness_relative = 1 is 100%; not in percent?"),
+    ],
+)
+def test_tolerances_of_another_unit_are_doubted(bench, key, value, said):
+    bench.described["tolerance"] = {key: value}
+    assert bench.load().remarks == (said,)
+
+
 @pytest.mark.parametrize("seed", range(20))
 def test_no_reading_is_silently_dropped(bench, seed):
     """Cells that are not empty = readings + readings in rows that are reported as repeated, whatever the dirt."""
