@@ -15,7 +15,12 @@ from prb3r.diagnosis.fit.calibrate import as_drawn, constants_as_drawn
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.fit.tolerance import EstimatedTolerances
 from prb3r.diagnosis.known import Doubted, Searched
-from prb3r.diagnosis.result.constant_remarks import far_constants, far_frame, frame_that_was_taken
+from prb3r.diagnosis.result.constant_remarks import (
+    far_constants,
+    far_frame,
+    frame_of_constants_alone,
+    frame_that_was_taken,
+)
 from prb3r.diagnosis.result.investigation import Investigation
 from prb3r.diagnosis.result.named import intervals_of, is_felt, named_effect, separations, surviving
 from prb3r.diagnosis.result.remarks import (
@@ -112,6 +117,7 @@ def check(searched: Searched, blunder: Blunder | None = None) -> Investigation:
             *frozen(doubted.recording),
             *or_a_blunder(blunder),
             *_on_what_is_reported(doubted, reported, [reported.effects[k] for k in effects]),
+            *frame_of_constants_alone(refitted),
             *_on_the_model(choice, doubted, checks, tolerances, unexplained=bool(why)),
             *_on_the_noise(choice, doubted, fresh),
             *(off_as_drawn(fresh, choice.fitted, reported) if not failed else ()),

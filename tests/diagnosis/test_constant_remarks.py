@@ -11,7 +11,12 @@ from prb3r.diagnosis.fit.calibrate import fit_constants
 from prb3r.diagnosis.fit.least_squares import fit
 from prb3r.diagnosis.fit.prediction import predictor
 from prb3r.diagnosis.known import Task
-from prb3r.diagnosis.result.constant_remarks import excludes_nominal, far_constants, far_frame
+from prb3r.diagnosis.result.constant_remarks import (
+    excludes_nominal,
+    far_constants,
+    far_frame,
+    frame_of_constants_alone,
+)
 from prb3r.diagnosis.search.apply import serially
 from prb3r.diagnosis.stages import to_search
 from prb3r.recording.recording import Prior, Recording
@@ -51,6 +56,15 @@ def test_a_frame_three_standard_deviations_off_is_said_with_what_was_stated(rota
     for remark in remarks:
         assert f"the camera's rotation ends at {rotation} rad, 2.9 standard deviations" in remark
         assert "frame_rotation_sd_rad = 0.005: look at the camera's axes" in remark
+
+
+def test_constants_that_come_near_by_moving_the_camera_are_told():
+    fitted = fit_constants(predictor(recorded(Case(hidden=()))))
+    p = fitted.p.copy()
+    p[fitted.model.varied.index("rotation")] = 0.05
+    (said,) = frame_of_constants_alone(replace(fitted, p=p))
+    assert "only by moving the camera: the camera's rotation by 0.05 rad (10 standard deviations)" in said
+    assert frame_of_constants_alone(fitted) == frame_of_constants_alone(None) == []
 
 
 def test_a_shift_that_is_off_is_among_the_remarks_of_a_diagnosis():

@@ -13,6 +13,7 @@ from prb3r.diagnosis.evidence.model_evidence import AT_BOUND
 from prb3r.diagnosis.fit.constants import CONSTANTS_IN_WORDS, FRAME
 from prb3r.diagnosis.fit.least_squares import fit
 from prb3r.diagnosis.fit.model import Fit
+from prb3r.markdown import listed
 
 FRAME_COORDINATES = {
     "rotation": ("the camera's rotation", "frame_rotation_sd_rad", "rad"),
@@ -37,6 +38,30 @@ def far_frame(fitted: Fit, taken: Sequence[str] = ()) -> list[str]:
                 "has taken up something of the rig, such as a bent base or plates that are bent before any load"
             )
     return remarks
+
+
+def frame_of_constants_alone(refitted: Fit | None) -> list[str]:
+    """A sentence on the camera's frame with constants alone, where it ends far from zero: their errors are in it.
+
+    Parameters
+    ----------
+    refitted : the constants alone with all parts as drawn; None where no effect is named.
+    """
+    if refitted is None:
+        return []
+    model = refitted.model
+    far = [
+        f"{text} by {value:.3g} {unit} ({abs(value) / sd:.0f} standard deviations)"
+        for name, value, sd in zip(model.varied, refitted.p, model.priors, strict=False)
+        if name in FRAME and abs(value) > model.settings.far_frame_sd * sd
+        for text, _, unit in (FRAME_COORDINATES[name],)
+    ]
+    if not far:
+        return []
+    return [
+        f"constants alone come as near as is said only by moving the camera: {listed(far)}; calibrated.toml, which has "
+        "no camera, is farther off"
+    ]
 
 
 def frame_that_was_taken(fitted: Fit, lines: Sequence[str]) -> list[str]:
