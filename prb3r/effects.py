@@ -11,6 +11,7 @@ Examples
 
 from prb3r.model.effects.cables import (
     DeadCable,
+    Hanger,
     HoleClearance,
     HoleOffset,
     LoadCell,
@@ -78,6 +79,7 @@ __all__ = [
     "FlagHysteresis",
     "FrictionDrift",
     "Gravity",
+    "Hanger",
     "HoleClearance",
     "HoleDrag",
     "HoleOffset",

@@ -54,6 +54,8 @@ def arriving(chain: Chain, loads: Loads, begins: np.ndarray) -> np.ndarray:
     `begins` is that of :func:`acting`.
     """
     true = loads.tension * chain.gain * (1 + chain.quadratic * loads.tension)
+    if np.any(chain.hanger):
+        true = true + np.where(loads.tension > 0, chain.hanger, 0.0)
     if np.any(chain.play):
         true = with_play(true, chain.play, begins)
     return true + chain.zero_drift * loads.elapsed

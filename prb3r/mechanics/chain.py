@@ -80,6 +80,8 @@ class Chain(NamedTuple):
     """(m,) true over recorded tension, in the limit of a small one."""
     quadratic: np.ndarray | float = 0.0
     """(m,) relative growth of true over recorded tension per recorded tension, 1/N."""
+    hanger: np.ndarray | float = 0.0
+    """(m,) true over recorded tension wherever one is recorded, N."""
     play: np.ndarray | float = 0.0
     """(m,) half-width of the play by which the true tension lags behind the recorded one, N; see `with_play`."""
     zero_drift: np.ndarray | float = 0.0

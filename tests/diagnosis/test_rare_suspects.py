@@ -63,6 +63,7 @@ OTHERS = [
     (case(0.6, kind="friction_drift", share_per_step=-0.02), {}),
     (case(kind="load_cell", quadratic_per_n=0.002), {}),
     (case(kind="tension_play", play_n=2.5), {}),
+    (case(kind="hanger", weight_n=3.0), {}),
     (replace(case(kind="base_tilt", angle_rad=-0.06), program="hung"), {}),
 ]
 

@@ -30,6 +30,7 @@ def test_one_direction_makes_sense_where_the_other_does_not_exist(library):
     losses = {"pulley_friction", "tip_load_friction", "weight_friction"}
     amounts = {"cable_friction", "hole_clearance", "clamp_compliance", "cable_bending"}
     amounts |= {"wrap_saturation", "hole_drag", "base_compliance", "umbilical", "tension_play", "payload_scale"}
+    amounts |= {"hanger"}
     assert {h.kind for h, _ in library if h.continuous and h.sided(friction=0.3)} == losses | amounts | {
         "nonlinear_plate"
     }
@@ -110,6 +111,12 @@ def test_one_direction_makes_sense_where_the_other_does_not_exist(library):
             {"cables": ("2",)},
             {"offset_n_per_step": (-0.2, -0.3, -0.1)},
             "The tension of cable 2 is off by -0.2 (-0.3 to -0.1) N more with every further step",
+        ),
+        (
+            "hanger",
+            {},
+            {"weight_n": (1.2, 1.0, 1.4)},
+            "Every loaded cable is pulled by 1.2 (1 to 1.4) N more than noted, idle ones by nothing",
         ),
         (
             "tension_play",

@@ -20,6 +20,7 @@ from prb3r.model.effects import EFFECT_KINDS
         {"kind": "load_cell", "gain": 1.0, "quadratic_per_n": 0.0, "cables": ["up"]},
         {"kind": "tension_drift", "offset_n_per_step": 0.0},
         {"kind": "tension_play", "play_n": 0.0},
+        {"kind": "hanger", "weight_n": 0.0},
         {"kind": "load_dependent_friction", "exponent": 0.0, "tension_n": 10.0},
         {"kind": "rate_dependent_friction", "rate": 0.0},
         {"kind": "friction_drift", "share_per_step": 0.0},

@@ -30,6 +30,7 @@ EFFECTS = [
     {"kind": "stiffness_gradient", "tip_to_base": 1.0},
     {"kind": "tension_drift", "offset_n_per_step": 0.5},
     {"kind": "tension_play", "play_n": 1.5},
+    {"kind": "hanger", "weight_n": 1.5},
     {"kind": "plate_softening", "share_per_step": 0.01},
     {"kind": "plate_relaxation", "share": 0.3, "steps": 4.0},
     {"kind": "base_compliance", "compliance_rad_per_n_m": 0.01},

@@ -61,6 +61,26 @@ def test_a_tension_with_play_follows_late_and_stays_while_it_is_within_it():
     assert late[where].to_numpy() == pytest.approx(plain[where].to_numpy(), abs=1e-9)
 
 
+def test_a_hanger_pulls_with_the_weights_that_hang_on_it_and_not_where_none_does():
+    """Of a cable that is let go to nothing it is taken off too; a load cell under it has its gain for the weights
+    alone."""
+    read, arrives = (
+        {"cable_up_n": [40.0, 0, 10], "cable_down_n": [0.0, 5, 0]},
+        {
+            "cable_up_n": [47.0, 0, 14],
+            "cable_down_n": [0.0, 8.5, 0],
+        },
+    )
+    hangs, reads = {"kind": "hanger", "weight_n": 3.0}, {"kind": "load_cell", "gain": 1.1}
+    steps = {"sequence": "a", "step": [1, 2, 3]}
+    hung, plain = (
+        solve_steps(manipulator(*effects, mu=0.2), pd.DataFrame(steps | pulled))
+        for effects, pulled in (([hangs, reads], read), ([], arrives))
+    )
+    where = ["x_m", "y_m", "angle_rad"]
+    assert hung[where].to_numpy() == pytest.approx(plain[where].to_numpy(), abs=1e-9)
+
+
 def test_plates_soften_from_step_to_step_of_the_table():
     softer = at_steps({"kind": "plate_softening", "share_per_step": 0.02})
     for step, left in enumerate([1.0, 0.98, 0.96, 0.94]):

@@ -104,6 +104,7 @@ def later_effects(rng):
     return [
         {"kind": "load_cell", "gain": u(0.8, 1.2), "quadratic_per_n": u(-2e-3, 2e-3), "cables": ["c0"]},
         {"kind": "tension_drift", "offset_n_per_step": u(-1, 2)},
+        {"kind": "hanger", "weight_n": u(0, 4)},
         {"kind": "load_dependent_friction", "exponent": u(0, 0.5), "tension_n": u(10, 60)},
         {"kind": "base_compliance", "compliance_rad_per_n_m": u(0, 0.02)},
         {"kind": "plate_softening", "share_per_step": u(-0.03, 0.05)},

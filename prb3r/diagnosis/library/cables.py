@@ -26,6 +26,18 @@ def _zero(scope: Scope, place: Place) -> tuple[Free, ...]:
     return (Free("offset_n", 0.0, -span, span, scale=scope.pull, sd=0.1),)
 
 
+def _weight(scope: Scope, place: Place) -> tuple[Free, ...]:
+    """Free parameter of `hanger`: up to half of the largest tension, prior sd a tenth of it, as of a force sensor."""
+    return (Free("weight_n", 0.0, 0.0, 0.5 * scope.pull, scale=scope.pull, sd=0.1),)
+
+
+def _hung(scope: Scope) -> list[Place]:
+    """The place of `hanger`, all cables, where some are idle while others are pulled: else it is much the same as
+    `tension_offset`."""
+    pulled = scope.recording.loads.tension > 0
+    return whole_rig_if(bool((pulled.any(1) & ~pulled.all(1)).any()))
+
+
 def _drift(scope: Scope, place: Place) -> tuple[Free, ...]:
     """Free parameter of `tension_drift`: over the whole recording up to half of the largest tension either way, prior
     sd 5 % of it; more is seen by eye."""
@@ -122,6 +134,17 @@ CABLE_SUSPECTS = (
         free=_zero,
         quantity=zero_of_cables,
         kinked=True,  # idle cables feel only what is added
+    ),
+    Suspect(
+        "hanger",
+        sentence=lambda fitted: (
+            f"Every loaded cable is pulled by {fitted.size} N more than noted, idle ones by nothing: a hanger or pan "
+            "was not weighed with the weights."
+        ),
+        transfer=OF_THE_SETUP,
+        places=_hung,
+        free=_weight,
+        presence=rare,
     ),
     Suspect(
         "load_cell",

@@ -221,7 +221,7 @@ def _same_shape(side: Neighbour, chain: Chain) -> bool:
 SHAPED = "stiffness", "offset"
 """Fields of a chain whose shapes tell its numbers of plates, nodes and cables."""
 OF_LOADS = (
-    *("tilt", "tip_efficiency", "disk_efficiency", "gain", "quadratic", "play", "zero_drift"),
+    *("tilt", "tip_efficiency", "disk_efficiency", "gain", "quadratic", "hanger", "play", "zero_drift"),
     *("friction_rate", "friction_reference", "friction_excess", "friction_decay", "friction_drift"),
 )
 """Fields of a chain by which the acting loads follow from the recorded ones, without the constant loads."""

@@ -44,6 +44,18 @@ class TensionOffset(Effect):
         return chain._replace(constant=constant._replace(tension=tension))
 
 
+class Hanger(Effect):
+    """A hanger or pan that was not weighed with the weights: a force that is added to the tension of all (or the named)
+    cables wherever one is noted; idle cables stay idle."""
+
+    kind: Literal["hanger"]
+    weight_n: NonNegative
+    cables: list[str] | None = None
+
+    def change(self, chain: Chain, manipulator: Host) -> Chain:
+        return chain._replace(hanger=_added(chain.hanger, self.weight_n, self.cables, manipulator))
+
+
 class LoadCell(Effect):
     """A load cell that reads wrong: the true tension is `gain` x T (1 + `quadratic_per_n` x T) for a recorded T, of all
     (or the named) cables."""

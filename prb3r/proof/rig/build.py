@@ -24,6 +24,8 @@ class BuiltRig:
     """Names, in the order of all arrays."""
     gravity: float
     """Turns `*_kg` loads into newtons, m/s^2."""
+    hanger: np.ndarray
+    """(m,) added to tensions that are noted, N."""
     tension_offset: np.ndarray
     """(m,) added to applied tensions, N."""
     tension_play: np.ndarray
@@ -102,6 +104,7 @@ def build_rig(manipulator: Mapping[str, Any]) -> BuiltRig:
         rig=_arrays(draft),
         cables=draft.cables,
         gravity=float(manipulator.get("gravity_m_s2", STANDARD_GRAVITY)),
+        hanger=draft.hanger,
         tension_offset=draft.tension_offset,
         tension_play=draft.tension_play,
         tension_drift=draft.tension_drift,

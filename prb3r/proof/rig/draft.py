@@ -125,6 +125,7 @@ class Draft:
     pulley: np.ndarray = field(init=False)
     """(m,) -ln(efficiency)."""
     tension_offset: np.ndarray = field(init=False)
+    hanger: np.ndarray = field(init=False)
     """(m,) added to the tension of each cable, N."""
     tension_play: np.ndarray = field(init=False)
     """(m,) half-width of the backlash by which tensions lag behind the applied ones, N."""
@@ -148,7 +149,7 @@ class Draft:
         self.drawn_rigidity, self.wires = self.rigidity.copy(), np.zeros_like(self.rigidity)
         self.rest, self.moment, self.moment_per_bend = np.zeros(n), np.zeros(n), np.zeros(n)
         self.contact_angle, self.contact_stiffness = np.full((n, 2), np.inf), np.zeros((n, 2))
-        self.pulley, self.tension_offset = np.zeros(m), np.zeros(m)
+        self.pulley, self.tension_offset, self.hanger = np.zeros(m), np.zeros(m), np.zeros(m)
         self.tension_drift, self.tension_play = np.zeros(m), np.zeros(m)
         self.gain, self.gain_per_n = np.ones(m), np.zeros(m)
         self.camera_shift = np.zeros(2)

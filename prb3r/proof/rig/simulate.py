@@ -94,7 +94,7 @@ def _loads(built: BuiltRig, steps: Sequence[Mapping[str, float]], passed: np.nda
         load.rubbing[:] *= 1 + built.friction_excess * np.exp(-slid / built.friction_decay)
         load.rubbing[:] *= max(1 + built.friction_growth * float(passed[k]), LEAST_RUBBING)
         noted = load.tension.copy()
-        load.tension[:] = built.gain * (load.tension + built.gain_per_n * load.tension**2)
+        load.tension[:] = built.gain * (load.tension + built.gain_per_n * load.tension**2) + built.hanger * (noted > 0)
         ahead = load.tension - behind  # the true tension is dragged along once the play is taken up
         behind = behind + np.sign(ahead) * np.maximum(np.abs(ahead) - built.tension_play, 0)
         load.tension[:] = np.where(built.tension_play > 0, behind, load.tension)  # exact without play

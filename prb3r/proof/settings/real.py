@@ -47,6 +47,7 @@ TYPICAL: Mapping[str, Typical] = {
     "base_compliance": Typical(0.05, 0.3),  # a tenth to half of the plate's own compliance
     "plate_relaxation": Typical(0.15, 0.7),  # 7 to 35 % of the moment lost
     "plate_softening": Typical(0.1, 0.6),  # 3 to 18 % softer in the end
+    "hanger": Typical(0.06, 0.4),  # 2 to 12 % of the largest tension: a light hanger under heavy weights
     "tension_play": Typical(0.1, 0.6),  # 1 to 6 % of the largest tension
     "tension_drift": Typical(0.06, 0.4),  # 2 to 12 % of the largest tension in the end
     "load_cell": Typical(0.15, 0.75),  # 3 to 15 % off

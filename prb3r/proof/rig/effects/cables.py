@@ -3,7 +3,8 @@
 `hole_clearance` shifts both ends of a span toward the concave side, +y of the plate's frame where the bend is
 positive; angles and lengths are those of the shifted spans; the change of offset inside a disk is free of friction.
 `cable_bending` lays an elastic wire beside a plate for each live cable that crosses it.  `load_cell` turns noted into
-true tensions, before `tension_play` lets these lag and `tension_offset` and `tension_drift` add to them.
+true tensions and `hanger` adds to them where any is noted, before `tension_play` lets these lag and `tension_offset`
+and `tension_drift` add to them.
 """
 
 from collections.abc import Iterator
@@ -62,6 +63,14 @@ def _drifting(given: Conditions) -> Iterator[Candidate]:
     yield Candidate((), lambda u: {"offset_n_per_step": u * given.pull / given.steps}, -0.3, 0.3)
 
 
+def _hang(draft: Draft, weight_n, cables=None):
+    draft.hanger[draft.columns(cables)] += weight_n
+
+
+def _hanging(given: Conditions) -> Iterator[Candidate]:
+    yield Candidate((), lambda u: {"weight_n": u * given.pull}, 0, 0.3)  # as much as `tension_offset`
+
+
 def _shift(draft: Draft, cable, offset_m):
     draft.offset[:, draft.cables.index(cable)] += offset_m
 
@@ -92,6 +101,7 @@ def _stiff(given: Conditions) -> Iterator[Candidate]:
 CABLE_RECORDS = (
     Record("dead_cable", _kill, (one_of("cable", "cables"),), _dead, turn=20),
     Record("tension_offset", _preload, (size("offset_n"), several("cables", "cables")), _preloaded, turn=4),
+    Record("hanger", _hang, (size("weight_n", FROM_ZERO), several("cables", "cables")), _hanging, rare=True),
     Record(
         "load_cell",
         _misread,
