@@ -21,6 +21,7 @@ from prb3r.diagnosis.settings import Settings
 from prb3r.diagnosis.stages import Report
 from prb3r.diagnosis.together import JointDiagnosis, diagnose_together
 from prb3r.errors import Problem, SpecError
+from prb3r.markdown import listed
 from prb3r.model.given import Given, manipulator_of
 from prb3r.model.manipulator import Manipulator
 from prb3r.recording.reading import load_recording
@@ -126,6 +127,11 @@ def _judged_on(diagnosis: Diagnosis, others: Sequence[Recording], filed: Manipul
     carried = [(other, on_other(diagnosis, other)) for other, _ in mended]
     for other, prediction in carried:
         remarks += [f"{other.name} does without {reason}" for reason in prediction.left_behind]
+        if prediction.of_the_bench:
+            remarks.append(
+                f"{other.name} is taken to stand on the bench of {diagnosis.name}, mounted alike, with "
+                f"{listed(prediction.of_the_bench)}: bench = false under [sharing] in its file where it does not"
+            )
         remarks += [f"{other.name}: {text}" for text in supposed(prediction.effects)]
         remarks += _missed(other, prediction.heldout, Settings(**diagnosis.settings))
 

@@ -13,6 +13,7 @@ from prb3r.diagnosis.library import SUSPECTS, hypotheses
 from prb3r.diagnosis.result.design_prediction import predict_design
 from prb3r.diagnosis.result.transfer import on_other
 from prb3r.diagnosis.run import diagnosis_of, joint_diagnosis_of
+from prb3r.recording.recording import Sharing
 
 LOSSY = {"kind": "pulley_friction", "efficiency": 0.85}
 HIDDEN = tuple(tuple(effect.items()) for effect in (LOSSY, WEAK))
@@ -92,6 +93,24 @@ def test_a_rig_without_an_effect_does_not_tell_what_it_is_worth():
     assert [error is None for error in same.without] == [False]
     assert another.left_behind[0].startswith("weakened plate")
     assert another.without == (None,)
+
+
+def test_a_recording_of_another_arm_is_predicted_on_the_bench_unless_its_file_says_otherwise():
+    """The zero of one force sensor, and an arm with longer clamps that was read with it and without."""
+    zero = (("kind", "tension_offset"), ("offset_n", 12.0), ("cables", ("1",)))
+    found = diagnosed(Case(hidden=(zero,), seed=3))
+    assert [effect.kind for effect in found.effects] == ["tension_offset"]
+    errors = {}
+    for bench in (True, False):
+        for hidden in ((zero,), ()):
+            arm = recorded(Case(hidden=hidden, seed=5))
+            longer = replace(arm, manipulator=arm.manipulator.replace("segment.1.clamp_m", 0.0081))
+            carried = on_other(found, replace(longer, sharing=Sharing(bench=bench)))
+            errors[bench, bool(hidden)] = carried.heldout.rmse_explained_m
+            assert carried.of_the_bench == (("tension offset",) if bench else ())
+            assert bool(carried.left_behind) != bench
+    assert errors[True, True] < 0.7 * errors[False, True]
+    assert errors[False, False] < 0.7 * errors[True, False]
 
 
 @pytest.mark.long

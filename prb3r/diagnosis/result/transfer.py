@@ -59,6 +59,8 @@ class Carried:
     """Effects that were carried over, as they act there."""
     left_behind: tuple[str, ...]
     """Effects and constants that could not be carried over, each with the reason."""
+    of_the_bench: tuple[str, ...]
+    """In words those of the effects that were carried over because it stands on the bench of the diagnosed rig."""
 
 
 def on_other(diagnosis: Diagnosis, recording: Recording) -> Carried:
@@ -77,6 +79,7 @@ def on_other(diagnosis: Diagnosis, recording: Recording) -> Carried:
         return carried_effects(effects, nominal, other, most, same_bench)
 
     carried, left = moved(named.effects)
+    elsewhere, _ = carried_effects(named.effects, nominal, other, most)
     predict = predictor(recording, settings)
     after = predict.solve(carried_constants(named.constants, nominal, other, named.effects, most), carried)
     noise = noise_under(predict, after, settings)
@@ -105,6 +108,7 @@ def on_other(diagnosis: Diagnosis, recording: Recording) -> Carried:
             *nominal_left_behind(nominal, other),
             *constants_left_behind(nominal, other, named.effects),
         ),
+        of_the_bench=tuple(dict.fromkeys(effect_in_words(effect) for effect in carried if effect not in elsewhere)),
     )
 
 
