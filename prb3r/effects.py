@@ -19,7 +19,7 @@ from prb3r.model.effects.cables import (
     TensionOffset,
     TensionPlay,
 )
-from prb3r.model.effects.camera import CameraDrift, CameraScale, LensDistortion
+from prb3r.model.effects.camera import CameraAspect, CameraDrift, CameraScale, LensDistortion
 from prb3r.model.effects.empirical import EmpiricalMoment, MomentTerm
 from prb3r.model.effects.friction import (
     BreakawayFriction,
@@ -69,6 +69,7 @@ __all__ = [
     "BreakawayFriction",
     "CableBending",
     "CableFriction",
+    "CameraAspect",
     "CameraDrift",
     "CameraScale",
     "ClampCompliance",

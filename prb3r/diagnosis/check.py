@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
+from prb3r.diagnosis.checks.heldout import HeldOut
 from prb3r.diagnosis.checks.predicting import predicting
 from prb3r.diagnosis.checks.residuals import ModelCheck, model_checks
 from prb3r.diagnosis.checks.setup.find import Blunder
@@ -106,7 +107,7 @@ def check(searched: Searched, blunder: Blunder | None = None) -> Investigation:
         checks=checks,
         closure=law,
         closure_gain=gain,
-        heldout=fresh.errors(refitted or reported, reported) if fresh else None,
+        heldout=_errors(fresh, choice.fitted, refitted or reported, reported) if fresh else None,
         experiments=separations(choice, named) if verdict == "ambiguous" else (),
         failed=tuple(sequence.name for sequence in failed),
         rival_blunder=blunder,
@@ -170,6 +171,14 @@ def _set_aside(doubted: Doubted, choice: Choice) -> Unseen | None:
         return None
     likely = [survivor for survivor in choice.survivors if survivor.probability >= doubted.task.settings.alike_rate]
     return fresh.doubting(choice.fitted, [s.fitted for s in likely if s.effects != choice.effects])
+
+
+def _errors(fresh: Unseen, fitted: Fit, calibrated: Fit, reported: Fit) -> HeldOut:
+    """Errors of the constants alone and of the reported model on the sequences set aside, with all parts as drawn, and
+    of the chosen fit with parts as the fitted sequences tell them."""
+    made = fresh.as_drawn_and_made(reported, fitted)
+    errors = fresh.errors(calibrated, reported)
+    return replace(errors, rmse_made_m=made.rmse_explained_m, rmse_made_rad=made.rmse_explained_rad)
 
 
 def _on_what_is_reported(doubted: Doubted, reported: Fit, named: Sequence[Effect]) -> tuple[str, ...]:

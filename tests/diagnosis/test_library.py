@@ -176,7 +176,8 @@ def test_what_cannot_be_is_not_suspected(rubbing, frictionless):
     assert names(weightless, "gravity", "self_weight", "tip_mass") == ways
     blind = rubbing.recording.readings.where(rubbing.recording.readings.kind == 2)
     assert not names(
-        rubbing._replace(recording=replace(rubbing.recording, readings=blind)), "camera_scale", "lens_distortion"
+        rubbing._replace(recording=replace(rubbing.recording, readings=blind)),
+        *("camera_scale", "camera_aspect", "lens_distortion"),
     )
 
 

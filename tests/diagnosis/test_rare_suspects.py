@@ -64,6 +64,7 @@ OTHERS = [
     (case(kind="load_cell", quadratic_per_n=0.002), {}),
     (case(kind="tension_play", play_n=2.5), {}),
     (case(kind="hanger", weight_n=3.0), {}),
+    (case(kind="camera_aspect", y_over_x=1.03), {}),
     (replace(case(kind="base_tilt", angle_rad=-0.06), program="hung"), {}),
 ]
 

@@ -21,6 +21,7 @@ def test_what_differs_in_kind_from_a_chain_without_it_is_said(library):
     assert {kind for kind, suspect in SUSPECTS.items() if suspect.costly} == {"slip_history"}
     assert {h.kind for h, _ in library if not h.mechanical} == {
         "camera_scale",
+        "camera_aspect",
         "lens_distortion",
         "camera_drift",
     }
@@ -221,6 +222,7 @@ def test_one_direction_makes_sense_where_the_other_does_not_exist(library):
             "from step to step the picture turns by 300 microradians; photograph",
         ),
         ("camera_scale", {}, {"scale": (1.00123, None, None)}, "1.0012 times the true ones"),
+        ("camera_aspect", {}, {"y_over_x": (0.97, 0.96, 0.98)}, "along y 0.97 (0.96 to 0.98) times as long as those"),
     ],
 )
 def test_a_sentence_says_where_and_how_much_in_the_units_of_the_workshop(kind, place, sizes, said):

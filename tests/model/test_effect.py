@@ -221,6 +221,7 @@ def test_constant_effects_act_at_rest_and_history_starts_there():
 def test_a_camera_reads_positions_scaled_and_bent_about_its_image_centre():
     steps = pd.DataFrame({"sequence": ["a"], "step": [1], "cable_up_n": [60.0]})
     camera = [{"kind": "lens_distortion", "k1_per_m2": 0.5}, {"kind": "camera_scale", "scale": 1.02}]
+    camera.append({"kind": "camera_aspect", "y_over_x": 0.9})
     true, read = (
         solve_steps(manipulator(*camera), steps, as_measured=flag, image_centre_m=(0.05, 0.01))[
             ["x_m", "y_m"]
@@ -228,5 +229,5 @@ def test_a_camera_reads_positions_scaled_and_bent_about_its_image_centre():
         for flag in (False, True)
     )
     for p, m in zip(true, read, strict=True):
-        away = 1.02 * p - (0.05, 0.01)
+        away = 1.02 * p * (1, 0.9) - (0.05, 0.01)
         assert m == pytest.approx((0.05, 0.01) + away * (1 + 0.5 * (away[0] ** 2 + away[1] ** 2)), abs=1e-12)

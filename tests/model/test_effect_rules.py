@@ -66,6 +66,7 @@ from prb3r.model.effects import EFFECT_KINDS
         {"kind": "tip_load_friction", "efficiency": 1.0},
         {"kind": "weight_friction", "efficiency": 1.0},
         {"kind": "camera_scale", "scale": 1.1},
+        {"kind": "camera_aspect", "y_over_x": 1.1},
         {"kind": "camera_drift", "x_m_per_step": 1e-3},
     ],
 )

@@ -43,7 +43,7 @@ def test_every_kind_that_a_drawn_design_could_have_can_be_concealed_and_is_asked
     absent |= {"load_dependent_friction", "tension_drift", "base_compliance", "plate_softening", "umbilical"}
     absent |= {"wrap_saturation", "stiffness_gradient", "camera_drift", "rate_dependent_friction"}
     absent |= {"breakaway_friction", "friction_drift", "precurvature_gradient", "tip_mass", "base_tilt"}
-    absent |= {"self_weight", "payload_scale", "hole_drag", "plate_relaxation", "hanger"}
+    absent |= {"self_weight", "payload_scale", "hole_drag", "plate_relaxation", "hanger", "camera_aspect"}
     shown = {group[0].kind for design in designs for group in candidates(design)}
     assert shown == set(concealable()) == set(RECORDS) - absent
     asked = [request.kind for request in requests(SEED, 600, designs) if request.cls == "single"]

@@ -167,6 +167,8 @@ def test_observation():
     states = simulate(prototype(), PULLS)
     x, y, angle = observe(prototype(effect("camera_scale", scale=1.01)), states)
     np.testing.assert_allclose((x, y, angle), (1.01 * states.x, 1.01 * states.y, states.angle))
+    x, y, angle = observe(prototype(effect("camera_aspect", y_over_x=0.96)), states)
+    np.testing.assert_allclose((x, y, angle), (states.x, 0.96 * states.y, states.angle))
     x, y, angle = observe(prototype(effect("lens_distortion", k1_per_m2=0.3)), states, image_centre=(0.2, 0.1))
     r2 = (states.x - 0.2) ** 2 + (states.y - 0.1) ** 2
     np.testing.assert_allclose(x, 0.2 + (states.x - 0.2) * (1 + 0.3 * r2))

@@ -32,6 +32,11 @@ class HeldOut:
     """Number of readings that both models predict; where a model has no equilibrium it predicts none."""
     lost: int = 0
     """Number of readings that one of the models does not predict."""
+    rmse_made_m: float | None = None
+    """As `rmse_explained_m`, with the parts of the rig as the fitted sequences tell them; None where that is not
+    known."""
+    rmse_made_rad: float | None = None
+    """As `rmse_made_m`, of angles and bends."""
 
     @property
     def gain(self) -> float:

@@ -1,4 +1,4 @@
-"""Suspects in the camera: its scale and its lens, where positions were read, and a steady motion."""
+"""Suspects in the camera: its scale, its aspect and its lens, where positions were read, and a steady motion."""
 
 from prb3r.diagnosis.library.hypothesis import Free
 from prb3r.diagnosis.library.scope import Place, Scope, whole_rig_if
@@ -14,6 +14,12 @@ def _positions(scope: Scope) -> list[Place]:
 def _scale(scope: Scope, place: Place) -> tuple[Free, ...]:
     """Free parameter of `camera_scale`: 0.8 to 1.25, prior sd 3 %; a grosser error of the scale is one of units."""
     return (Free("scale", 1.0, 0.8, 1.25, log=True, sd=0.03),)
+
+
+def _aspect(scope: Scope, place: Place) -> tuple[Free, ...]:
+    """Free parameter of `camera_aspect`: a camera up to 35 degrees off the normal of the plane, in either direction;
+    prior sd 2 %, as one 11 degrees off shortens lengths by."""
+    return (Free("y_over_x", 1.0, 0.82, 1.22, log=True, sd=0.02),)
 
 
 def _distortion(scope: Scope, place: Place) -> tuple[Free, ...]:
@@ -65,6 +71,17 @@ CAMERA_SUSPECTS = (
         transfer=OF_THE_CAMERA,
         places=_positions,
         free=_scale,
+    ),
+    Suspect(
+        "camera_aspect",
+        sentence=lambda fitted: (
+            f"The camera sees lengths along y {fitted.size:.5g} times as long as those along x: it does not look "
+            "squarely at the plane, or its pixels are not square."
+        ),
+        transfer=OF_THE_CAMERA,
+        places=_positions,
+        free=_aspect,
+        presence=rare,
     ),
     Suspect(
         "lens_distortion",

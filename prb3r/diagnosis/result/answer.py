@@ -115,17 +115,26 @@ def predicted_worse(diagnosis: Diagnosis) -> str:
     """What no fit has seen and the named effects predict worse than constants alone do, with both errors, to follow
     "predicts"; empty where there is none.
 
-    Errors count that are `Settings.worse` times those of constants alone, and as many times the noise.
+    Errors count that are `Settings.worse` times those of constants alone, and as many times the noise, also with the
+    parts of the rig as the fitted sequences tell them.
     """
     held, least = diagnosis.heldout, Settings(**diagnosis.settings).worse
     if held is None or not diagnosis.effects:
         return ""
-    of_positions = held.rmse_calibrated_m, held.rmse_explained_m, held.noise_m, 1e3, "mm"
-    of_angles = held.rmse_calibrated_rad, held.rmse_explained_rad, held.noise_rad, 180 / np.pi, "degrees"
+    positions = held.rmse_calibrated_m, held.rmse_explained_m, held.rmse_made_m, held.noise_m, 1e3, "mm"
+    angles = (
+        held.rmse_calibrated_rad,
+        held.rmse_explained_rad,
+        held.rmse_made_rad,
+        held.noise_rad,
+        180 / np.pi,
+        "degrees",
+    )
     said = [
         f"to {factor * after:.3g} {unit} where constants alone do to {factor * before:.3g}"
-        for before, after, noise, factor, unit in (of_positions, of_angles)
-        if before is not None and after is not None and noise is not None and after > least * max(before, noise)
+        for before, after, made, noise, factor, unit in (positions, angles)
+        if before is not None and after is not None and noise is not None
+        if min(after, after if made is None else made) > least * max(before, noise)
     ]
     return f"{listed(held.sequences)}, which no fit has seen, {listed(said)}" if said else ""
 

@@ -19,6 +19,18 @@ class CameraScale(Observation):
         return self.scale * points
 
 
+class CameraAspect(Observation):
+    """Measured y = `y_over_x` x true y, about the base origin, and x as it is: of pixels that are not square, or of a
+    camera that does not look squarely at the plane, as far as that shortens all lengths alike. Angles are read as they
+    are."""
+
+    kind: Literal["camera_aspect"]
+    y_over_x: Annotated[Positive, Field(description="Measured length along y, over that of an equal one along x.")]
+
+    def observe(self, points: np.ndarray, centre: np.ndarray, elapsed: np.ndarray | float) -> np.ndarray:
+        return points * (1.0, self.y_over_x)
+
+
 class LensDistortion(Observation):
     """Measured = c + (p - c)(1 + k1 r^2), r the distance of p from the image centre c."""
 

@@ -64,6 +64,8 @@ class BuiltRig:
     """Share of the applied tip load that arrives."""
     disk_efficiency: np.ndarray
     """(n, 1) share of the applied load on each disk that arrives."""
+    aspect: float
+    """Ratio of measured to true lengths along y, over that along x."""
     scale: float
     """Scale of the camera: measured over true."""
     lens: float
@@ -124,6 +126,7 @@ def build_rig(manipulator: Mapping[str, Any]) -> BuiltRig:
         tilt=float(draft.tilt),
         tip_efficiency=draft.tip_efficiency,
         disk_efficiency=draft.disk_efficiency,
+        aspect=draft.aspect,
         scale=draft.scale,
         lens=draft.lens,
         camera_shift=draft.camera_shift,

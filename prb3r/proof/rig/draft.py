@@ -104,6 +104,8 @@ class Draft:
     """Share of the load on the tip that arrives."""
     disk_efficiency: np.ndarray = field(init=False)
     """(n, 1) share of the load on each disk that arrives."""
+    aspect: float = 1.0
+    """Ratio of measured to true lengths along y, over that along x."""
     scale: float = 1.0
     """Scale of the camera: measured over true."""
     lens: float = 0.0

@@ -224,9 +224,10 @@ def observe(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """x, y (m) and angle (rad), (s, n + 1) each, as the camera reads them without noise.
 
-    Positions are turned and shifted by the frame, then by the camera's drift, then scaled, then distorted:
+    Positions are turned and shifted by the frame, then by the camera's drift, then scaled, along y by the aspect more,
+    then distorted:
 
-    measured = c + (q - c)(1 + k1 r^2), q = scale (R' (R p + d) + d'), r = |q - c|.
+    measured = c + (q - c)(1 + k1 r^2), q = scale diag(1, aspect) (R' (R p + d) + d'), r = |q - c|.
 
     Parameters
     ----------
@@ -239,6 +240,7 @@ def observe(
     passed = (before + np.arange(len(states.x)) if np.ndim(before) == 0 else np.asarray(before))[:, None]
     plane = np.exp(1j * rotation) * (states.x + 1j * states.y) + complex(shift_x, shift_y)
     plane = np.exp(1j * passed * built.camera_turn) * plane + passed * complex(*built.camera_shift)
-    away = built.scale * plane - complex(*image_centre)
+    seen = plane.real + 1j * built.aspect * plane.imag
+    away = built.scale * seen - complex(*image_centre)
     read = complex(*image_centre) + away * (1 + built.lens * np.abs(away) ** 2)
     return read.real, read.imag, states.angle + rotation + passed * built.camera_turn

@@ -52,6 +52,7 @@ TYPICAL: Mapping[str, Typical] = {
     "tension_drift": Typical(0.06, 0.4),  # 2 to 12 % of the largest tension in the end
     "load_cell": Typical(0.15, 0.75),  # 3 to 15 % off
     "load_dependent_friction": Typical(0.25, 0.85),  # exponents of 0.1 to 0.33
+    "camera_aspect": Typical(0.07, 0.5),  # seen from 8 to 22 degrees off the normal
     "camera_drift": Typical(0.05, 0.4),  # 0.1 to 0.8 % of the length in the end
     "wrap_saturation": Typical(0.15, 0.8),  # the largest turns count three quarters to two fifths
     "hole_drag": Typical(0.1, 0.7),  # 4 to 28 % of the largest tension lost in all holes together

@@ -19,6 +19,16 @@ def _scaled(given: Conditions) -> Iterator[Candidate]:
         yield Candidate((), lambda u: {"scale": float(np.exp(u))}, -0.15, 0.15)
 
 
+def _stretch(draft: Draft, y_over_x):
+    draft.aspect *= y_over_x
+
+
+def _stretched(given: Conditions) -> Iterator[Candidate]:
+    if given.positions:
+        # seen from 30 degrees off the normal, a seventh shorter
+        yield Candidate((), lambda u: {"y_over_x": float(np.exp(u))}, -0.14, 0.14)
+
+
 def _distort(draft: Draft, k1_per_m2):
     draft.lens += k1_per_m2
 
@@ -42,6 +52,7 @@ def _moving_on(given: Conditions) -> Iterator[Candidate]:
 
 CAMERA_RECORDS = (
     Record("camera_scale", _scale, (size("scale", POSITIVE, Scale.LOGARITHM),), _scaled, turn=15),
+    Record("camera_aspect", _stretch, (size("y_over_x", POSITIVE, Scale.LOGARITHM),), _stretched, rare=True),
     Record("lens_distortion", _distort, (size("k1_per_m2"),), _distorted, turn=16),
     Record(
         "camera_drift",
