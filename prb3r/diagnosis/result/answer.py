@@ -121,18 +121,13 @@ def predicted_worse(diagnosis: Diagnosis) -> str:
     held, least = diagnosis.heldout, Settings(**diagnosis.settings).worse
     if held is None or not diagnosis.effects:
         return ""
-    positions = held.rmse_calibrated_m, held.rmse_explained_m, held.rmse_made_m, held.noise_m, 1e3, "mm"
-    angles = (
-        held.rmse_calibrated_rad,
-        held.rmse_explained_rad,
-        held.rmse_made_rad,
-        held.noise_rad,
-        180 / np.pi,
-        "degrees",
+    errors = (
+        (held.rmse_calibrated_m, held.rmse_explained_m, held.rmse_made_m, held.noise_m, 1e3, "mm"),
+        (held.rmse_calibrated_rad, held.rmse_explained_rad, held.rmse_made_rad, held.noise_rad, 180 / np.pi, "degrees"),
     )
     said = [
         f"to {factor * after:.3g} {unit} where constants alone do to {factor * before:.3g}"
-        for before, after, made, noise, factor, unit in (positions, angles)
+        for before, after, made, noise, factor, unit in errors
         if before is not None and after is not None and noise is not None
         if min(after, after if made is None else made) > least * max(before, noise)
     ]
