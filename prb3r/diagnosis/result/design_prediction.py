@@ -8,7 +8,7 @@ could not explain widens the band (`discrepancy.py`).
 
 import json
 import warnings
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import cycle
 from pathlib import Path
@@ -19,17 +19,15 @@ import pandas as pd
 from pydantic import ValidationError
 
 from prb3r.diagnosis.confidence import TAIL
-from prb3r.diagnosis.library.suspect import effect_in_words
 from prb3r.diagnosis.result.as_made import as_made
 from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.diagnosis.result.largest_bending import bending_of
-from prb3r.diagnosis.result.learnt_design import LearntDesign
+from prb3r.diagnosis.result.learnt_design import LearntDesign, on_benches, said_of_benches
 from prb3r.diagnosis.result.posterior import Drawn, Posterior, averaged
 from prb3r.diagnosis.result.projection import MENDED
 from prb3r.diagnosis.result.workshop import common_stiffness_sd, within_tolerances
 from prb3r.diagnosis.settings import Settings
 from prb3r.errors import Problem, SpecError
-from prb3r.markdown import listed
 from prb3r.mechanics.equilibrium import Outcome
 from prb3r.model.effects.base import Effect
 from prb3r.model.files.cells import written_out
@@ -107,19 +105,14 @@ def predict_design(
         raise SpecError(Problem(str(manipulator) if isinstance(manipulator, str | Path) else given.name, UNMENDED))
     columns = read_table(steps) if isinstance(steps, str | Path) else steps
     timed = columns is None or TIME in columns
-    on_bench, elsewhere = (LearntDesign(known, given, same, another_copy, timed) for same in (True, False))
-    design = elsewhere if same_bench is False else on_bench
-    posterior = design.posterior
-    (central, left), remarks = design.of(posterior.named), design.remarks
-    left = (*dict.fromkeys(left), *_left_of_others(design, left))
+    designs = on_benches(LearntDesign(known, given, another_copy=another_copy, timed=timed), same_bench)
+    design = designs[0]
+    posterior, (central, left), remarks = design.posterior, design.named, design.remarks
     if design.recorded:
         remarks.append(_RECORDED)
     if verdict == "unexplained":
         remarks.append(UNEXPLAINED)
-    benches: tuple[LearntDesign, ...] = (design,)
-    if same_bench is None and (of_the_bench := effects_of_the_bench(on_bench, elsewhere)):
-        benches = on_bench, elsewhere
-        remarks.append(said_of_benches(of_the_bench, "" if steps is None else "half of the draws behind the bands are"))
+    remarks += said_of_benches(designs, "" if steps is None else "half of the draws behind the bands are")
     if steps is None:
         return DesignPrediction(central, left, tuple(remarks), None)
     if left:
@@ -143,7 +136,7 @@ def predict_design(
         bending, seen = bending_of(central, angle, blocks.table.begins), posterior.bending
         remarks += filter(None, [bending.beyond(seen, Settings.bent_beyond), bending.back(seen)])
     rigs = posterior.draws(draws, seed)
-    spread = np.stack([predicted(rig, made=True, where=where) for rig, where in zip(rigs, cycle(benches))])
+    spread = np.stack([predicted(rig, made=True, where=where) for rig, where in zip(rigs, cycle(designs))])
     if (discrepancy := posterior.discrepancy) is not None:
         spread = spread + discrepancy.errors(central.chain(), centre, draws, rng)
         remarks.append(discrepancy.statement)
@@ -159,38 +152,6 @@ def predict_design(
         share = written_out(100 * lost.max(), ".2g")
         remarks.append(f"at some step {share} % of the draws have no equilibrium; {told}")
     return DesignPrediction(central, left, tuple(remarks), _banded(blocks.whole(), centre, spread))
-
-
-def _left_of_others(design: LearntDesign, left: Sequence[str]) -> Iterator[str]:
-    """What a design leaves behind of other models than the named one, of which `left` tells, with its probability over
-    all models; nothing of less than `Settings.alike_rate`."""
-    shares = dict[str, float]()
-    for probability, rig in design.posterior.centres:
-        for reason in set(design.of(rig).left_behind).difference(left):
-            shares[reason] = shares.get(reason, 0.0) + probability
-    for reason, probability in sorted(shares.items(), key=lambda each: (-each[1], each[0])):
-        if probability >= Settings.alike_rate:
-            yield f"{reason} (probability {probability:.2f})"
-
-
-def said_of_benches(effects: Sequence[str], half: str = "") -> str:
-    """What is said where nobody tells on which bench a design stands: that of the recording has `effects`, in words;
-    `half` says what is for another one, if anything."""
-    other = f"; {half} for another one" if half else ""
-    return (
-        f"the design is taken to stand on the bench of the recording, mounted alike, with {listed(effects)}{other}: "
-        "say --same-bench or --other-bench"
-    )
-
-
-def effects_of_the_bench(on_bench: LearntDesign, elsewhere: LearntDesign) -> tuple[str, ...]:
-    """In words the effects of the models, those of the named one first, that a design has on the bench of the recording
-    alone."""
-    rigs = [on_bench.posterior.named, *(rig for _, rig in on_bench.posterior.centres)]
-    of_rigs = [{effect.kind: effect for effect in on_bench.of(rig).manipulator.effect} for rig in rigs]
-    without = [{effect.kind for effect in elsewhere.of(rig).manipulator.effect} for rig in rigs]
-    there = [felt[kind] for felt, rest in zip(of_rigs, without, strict=True) for kind in felt if kind not in rest]
-    return tuple(dict.fromkeys(map(effect_in_words, there)))
 
 
 def read_posterior(diagnosis: str | Path | Diagnosis) -> tuple[Posterior, str]:

@@ -2,7 +2,7 @@
 as they carry over to the design's file."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -12,6 +12,7 @@ from prb3r.diagnosis.result.posterior import Drawn, Posterior
 from prb3r.diagnosis.result.same_rig import same_geometry
 from prb3r.diagnosis.result.tell import adjusted
 from prb3r.diagnosis.result.transfer import carried_effects, nominal_left_behind, supposed, without_found
+from prb3r.diagnosis.settings import Settings
 from prb3r.markdown import listed
 from prb3r.model.effects.base import Effect
 from prb3r.model.effects.plates import PlateRelaxation
@@ -75,6 +76,18 @@ class LearntDesign:
         return carried_effects(effects, here, there, **how)
 
     @property
+    def named(self) -> Learnt:
+        """The design with the effects that the diagnosis names, and all that models leave behind: what others than the
+        named one do with its probability over all models, where that is `Settings.alike_rate` or more."""
+        learnt, shares = self.of(self.posterior.named), dict[str, float]()
+        for probability, rig in self.posterior.centres:
+            for reason in set(self.of(rig).left_behind).difference(learnt.left_behind):
+                shares[reason] = shares.get(reason, 0.0) + probability
+        ranked = sorted(shares.items(), key=lambda each: (-each[1], each[0]))
+        others = (f"{reason} (probability {share:.2f})" for reason, share in ranked if share >= Settings.alike_rate)
+        return learnt._replace(left_behind=(*dict.fromkeys(learnt.left_behind), *others))
+
+    @property
     def remarks(self) -> list[str]:
         """What is supposed of the design and of its loads, a sentence each."""
         remarks = supposed(self.of(self.posterior.named).manipulator.effect)
@@ -90,6 +103,37 @@ class LearntDesign:
         if again := [effect_in_words(effect) for effect in self.given.effect if effect not in self.bare.effect]:
             remarks.insert(0, f"the design's file has {listed(again)} from this diagnosis already, which counts once")
         return remarks
+
+
+def on_benches(design: LearntDesign, same_bench: bool | None) -> tuple[LearntDesign, ...]:
+    """The design on the bench of the recording or on another one, as is said; where nobody says it (None), on the
+    former, which is usual, then on the latter, if the two differ."""
+    on_bench, elsewhere = (replace(design, same_bench=same) for same in (True, False))
+    if same_bench is not None:
+        return (on_bench if same_bench else elsewhere,)
+    return (on_bench, elsewhere) if _of_the_bench(on_bench, elsewhere) else (on_bench,)
+
+
+def said_of_benches(designs: tuple[LearntDesign, ...], half: str = "") -> list[str]:
+    """A remark where the `designs` are on both benches, as nobody says on which; `half` says what is for the other one,
+    if anything."""
+    if len(designs) == 1:
+        return []
+    other = f"; {half} for another one" if half else ""
+    return [
+        "the design is taken to stand on the bench of the recording, mounted alike, with "
+        f"{listed(_of_the_bench(*designs))}{other}: say --same-bench or --other-bench"
+    ]
+
+
+def _of_the_bench(on_bench: LearntDesign, elsewhere: LearntDesign) -> tuple[str, ...]:
+    """In words the effects of the models, those of the named one first, that a design has on the bench of the recording
+    alone."""
+    there = dict[str, None]()
+    for rig in (on_bench.posterior.named, *(rig for _, rig in on_bench.posterior.centres)):
+        here, rest = (where.of(rig).manipulator.effect for where in (on_bench, elsewhere))
+        there |= dict.fromkeys(effect_in_words(effect) for effect in here if effect not in rest)
+    return tuple(there)
 
 
 def _in_seconds(effect: Effect) -> bool:

@@ -8,13 +8,8 @@ from itertools import cycle
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from prb3r.diagnosis.result.design_prediction import (
-    UNEXPLAINED,
-    effects_of_the_bench,
-    read_posterior,
-    said_of_benches,
-)
-from prb3r.diagnosis.result.learnt_design import LearntDesign
+from prb3r.diagnosis.result.design_prediction import UNEXPLAINED, read_posterior
+from prb3r.diagnosis.result.learnt_design import LearntDesign, on_benches, said_of_benches
 from prb3r.diagnosis.result.transfer import other_geometry
 from prb3r.diagnosis.settings import Settings
 from prb3r.errors import Problem, SpecError
@@ -78,10 +73,8 @@ def learnt_study(
         raise SpecError(Problem(f"{path} factor.{LEARNT}", "has what was learnt already; give the study without it"))
     design = _design(spec, path)
     posterior, verdict = read_posterior(diagnosis)
-    on_bench, elsewhere = (LearntDesign(posterior, design, same, another_copy, timed=False) for same in (True, False))
-    known = elsewhere if same_bench is False else on_bench
-    of_the_bench = effects_of_the_bench(on_bench, elsewhere) if same_bench is None else ()
-    benches = [on_bench, elsewhere] if of_the_bench else [known]
+    benches = on_benches(LearntDesign(posterior, design, another_copy=another_copy, timed=False), same_bench)
+    known = benches[0]
     carried = [where.of(draw) for draw, where in zip(known.posterior.draws(count, seed), cycle(benches))]
     drawn, left = [rig for rig, _ in carried], dict.fromkeys(reason for _, reasons in carried for reason in reasons)
     levels = [{"label": str(k), "set": dict(_changes(_plain(design), _plain(rig)))} for k, rig in enumerate(drawn, 1)]
@@ -89,7 +82,7 @@ def learnt_study(
     if spec.sampling is None:
         added = toml_text({"sampling": {"method": "sobol", "count": count}}) + "\n" + added
     remarks = [*(f"left behind: {reason}" for reason in left), *known.remarks]
-    remarks += [said_of_benches(of_the_bench, "half of the rigs are")] if of_the_bench else []
+    remarks += said_of_benches(benches, "half of the rigs are")
     remarks += [*_goes_with_all(spec, known), *_in_place_of_learnt(spec, levels)]
     if verdict == "unexplained":
         remarks.append(f"{UNEXPLAINED}, and the draws leave that out")
