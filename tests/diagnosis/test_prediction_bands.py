@@ -15,10 +15,10 @@ from prb3r.model.manipulator import Manipulator
 ELASTICA = {"model": "elastica"}
 """What a diagnosis calculates with."""
 RECORDED = (
-    "the design's file is that of the recorded rig, which is taken to be this one, with its parts as the readings tell "
-    "them: say --another-copy where it is another rig of one drawing",
+    "the design's file is that of the recorded rig, which is taken to be this one: say --another-copy where it is "
+    "another rig of one drawing",
 )
-"""What is said of the recorded rig under other loads."""
+"""What is said of the recorded rig under other loads, where all parts are as drawn."""
 
 
 def test_positions_are_the_mean_over_the_models_that_survive(weak_rig, tmp_path):

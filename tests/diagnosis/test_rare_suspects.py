@@ -51,6 +51,7 @@ QUICK = [
 OTHERS = [
     (case(kind="umbilical", stiffness_n_m_per_rad=1.5), {}),
     (case(kind="base_compliance", compliance_rad_per_n_m=0.03), {}),
+    (case(kind="base_compliance", compliance_rad_per_n_m=0.08), {}),
     (case(0.6, kind="load_dependent_friction", exponent=-0.8, tension_n=95.0), {}),
     (timed(0.6, kind="rate_dependent_friction", rate=-0.06, reference_n_per_s=0.0629), {}),
     (case(0.6, kind="wrap_saturation", saturation_per_rad=8.0), {}),

@@ -13,6 +13,7 @@ from prb3r.diagnosis.evidence.outliers import surprise
 from prb3r.diagnosis.evidence.score_test import alternatives, alternatives_of, largest_by_chance, scores
 from prb3r.diagnosis.fit.calibrate import fit_constants
 from prb3r.diagnosis.fit.constants import Constants
+from prb3r.diagnosis.fit.least_squares import fit
 from prb3r.diagnosis.fit.prediction import predictor
 from prb3r.diagnosis.library import hypotheses
 from prb3r.diagnosis.library.hypothesis import Free, Hypothesis
@@ -121,3 +122,24 @@ def test_what_would_need_less_friction_than_none_is_no_mismatch():
             smoother = -each.basis[:, 0]  # residuals as a hole that rubs less leaves them
             assert each.z(5 * smoother) == pytest.approx(5.0 if shown else 0.0)
             assert each.z(-5 * smoother) == pytest.approx(5.0)
+
+
+def test_a_prior_that_the_readings_contradict_raises_no_score():
+    """A base that gives way as few do, many deviations of a narrow prior: the prior pulls at it, and what that leaves
+    looks like missing physics only as long as it counts."""
+    recording = recorded(Case(hidden=((("kind", "base_compliance"), ("compliance_rad_per_n_m", 0.06)),)))
+    predict = predictor(recording)
+    plain = fit_constants(predict)
+    library = list(hypotheses(Scope.of(recording, predict.chain, plain.solved.states)))
+    base = next(each for each in library if each.kind == "base_compliance")
+    (free,) = base.free
+    narrow = replace(base, free=(free._replace(sd=0.2),))
+    largest = {}
+    for reach in (Settings().contradicted_sd, np.inf):
+        settings = Settings(contradicted_sd=reach)
+        model = replace(plain.model, hypotheses=(narrow,), settings=settings)
+        fitted = fit(model, np.append(plain.p, 4.0))
+        assert fitted.p[-1] / 0.2 > 3
+        found = scores(fitted, alternatives(fitted, [each for each in library if each.kind != "base_compliance"]), 1)
+        largest[reach] = found.largest / found.naming
+    assert largest[Settings().contradicted_sd] < 1 < largest[np.inf]

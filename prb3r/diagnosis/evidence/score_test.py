@@ -14,7 +14,7 @@ import numpy as np
 
 from prb3r.diagnosis.chance import chi2_tail, normal_critical, normal_tail
 from prb3r.diagnosis.evidence.linearised import moved_readings, probes_of
-from prb3r.diagnosis.fit.basis import all_at_once, left_singular, projected_out
+from prb3r.diagnosis.fit.basis import all_at_once, basis_of, left_singular, projected_out
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.diagnosis.settings import Settings
@@ -89,8 +89,26 @@ def alternatives(fitted: Fit, hypotheses: Sequence[Hypothesis]) -> list[Alternat
 def alternatives_of(fitted: Fit, subjects: Sequence[Any], moved: Sequence[np.ndarray]) -> list[Alternative]:
     """The alternative of each subject around `fitted`; `moved` holds its changes (r, k) of the readings, m or rad."""
     white = all_at_once(fitted.model.noise.whiten, moved)
-    free = all_at_once(lambda changes: projected_out(changes, fitted.basis), white)
+    basis, _ = _told(fitted)
+    free = all_at_once(lambda changes: projected_out(changes, basis), white)
     return [_alternative(*each) for each in zip(subjects, white, free, strict=True)]
+
+
+def _told(fitted: Fit) -> tuple[np.ndarray, np.ndarray]:
+    """(r + c, b) basis of what the parameters can explain, and the residual (r + c,), without the priors of effects'
+    parameters that end more than `Settings.contradicted_sd` from nothing.
+
+    Such a prior pulls at what the readings tell, and the misfit that it leaves there is none of missing physics.
+    """
+    model, readings = fitted.model, fitted.recording.readings.count
+    far = np.abs(fitted.p / model.deviations) > model.settings.contradicted_sd
+    far[: len(model.varied)] = False
+    rows = readings + np.flatnonzero(far)
+    if not len(rows):
+        return fitted.basis, fitted.residual
+    jacobian, residual = fitted.jacobian.copy(), fitted.residual.copy()
+    jacobian[rows], residual[rows] = 0.0, 0.0
+    return basis_of(jacobian), residual
 
 
 def _alternative(subject: Any, white: np.ndarray, free: np.ndarray) -> Alternative:
@@ -149,7 +167,7 @@ def scores(fitted: Fit, tested: Sequence[Alternative], seed: int) -> Scores:
     critical values are those of a single test.
     """
     settings = fitted.model.settings
-    z = np.array([candidate.z(fitted.residual) for candidate in tested])
+    z = np.array([candidate.z(_told(fitted)[1]) for candidate in tested])
     judged = tested[:0] if settings.tested_alone else tested
     drawn = largest_by_chance(judged, seed, settings)
     rates = np.array([settings.alarm_rate, settings.naming_rate])

@@ -17,7 +17,7 @@ from prb3r.diagnosis.library.suspect import (
     rare,
     unchanged,
 )
-from prb3r.diagnosis.library.totals import load_of_disks
+from prb3r.diagnosis.library.totals import gravity_on_disks, load_of_disks
 from prb3r.diagnosis.settings import Settings
 from prb3r.model.effects.base import Effect
 from prb3r.model.effects.loads import Gravity, SelfWeight, Umbilical
@@ -64,13 +64,21 @@ def _along(fitted: Occurrence, unit: str, in_words: str) -> str:
 
 def _gravity(scope: Scope, place: Place) -> tuple[Free, ...]:
     """Free parameters of `gravity`: up to twice that of the earth along either axis, as the mass of disks is seldom
-    known well; prior sd 7 m/s^2 for each, which makes the earth's of both."""
-    both = (Free(f"{axis}_m_s2", 0.0, -20.0, 20.0, scale=10.0, sd=0.7) for axis in "xy")
+    known well; prior sd 7 m/s^2 for each, which makes the earth's of both.  Where the file has gravity, what is sought
+    is beside it: up to as much again, prior sd 3 m/s^2, as masses are weighed within a third."""
+    most, sd = (10.0, 0.3) if np.any(scope.manipulator.chain().gravity) else (20.0, 0.7)
+    both = (Free(f"{axis}_m_s2", 0.0, -most, most, scale=10.0, sd=sd) for axis in "xy")
     return tuple(free for free in both if free.name not in place)
 
 
 def _gravity_sentence(fitted: Occurrence) -> str:
-    return f"Gravity acts in the plane: {_along(fitted, 'm_s2', 'm/s^2')} on every disk's mass."
+    if fitted.total is None:
+        return f"Gravity acts in the plane: {_along(fitted, 'm_s2', 'm/s^2')} on every disk's mass."
+    return (
+        f"Beside the gravity of the file {_along(fitted, 'm_s2', 'm/s^2')} act on every disk's mass, "
+        f"{fitted.total:.3g} m/s^2 in all: the arm is heavier or lighter than the file says, or mounted at another "
+        "angle."
+    )
 
 
 def _self_weight(scope: Scope, place: Place) -> tuple[Free, ...]:
@@ -185,6 +193,7 @@ LOAD_SUSPECTS = (
         _gravity_sentence,
         _of_the_mounting,
         unchanged,
+        quantity=gravity_on_disks,
         places=lambda scope: _in_any_direction("m_s2") if scope.manipulator.disk_masses.any() else (),
         free=_gravity,
         presence=_weighs_something,

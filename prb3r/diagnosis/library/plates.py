@@ -123,10 +123,21 @@ def _with_the_same_clamps(effect: Effect, here: Manipulator, there: Manipulator)
 
 
 def _hinge(scope: Scope, place: Place) -> tuple[Free, ...]:
-    """Free parameter of `clamp_compliance` and `base_compliance`, in units of the compliance of a plate's mean node:
-    prior sd 1, up to 10.  A millionth stands for a rigid clamp, as a compliance is above zero."""
+    """Free parameter of `clamp_compliance`, in units of the compliance of a plate's mean node: prior sd 1, up to 10.  A
+    millionth stands for a rigid clamp, as a compliance is above zero."""
+    return (_compliance(scope, sd=1.0),)
+
+
+def _base_hinge(scope: Scope, place: Place) -> tuple[Free, ...]:
+    """Free parameter of `base_compliance`, in the unit of `_hinge`: prior sd 3, up to 30, as the one clamp in the base
+    may well give way as much as a whole plate, which makes four."""
+    return (_compliance(scope, sd=3.0),)
+
+
+def _compliance(scope: Scope, sd: float) -> Free:
+    """A compliance with a prior of so many units, up to ten times as far."""
     soft = float(np.median(scope.chain.arc / scope.mean_node_rigidity))
-    return (Free("compliance_rad_per_n_m", 1e-6 * soft, 1e-6 * soft, 10 * soft, scale=soft, sd=1.0, pole=True),)
+    return Free("compliance_rad_per_n_m", 1e-6 * soft, 1e-6 * soft, 10 * sd * soft, scale=soft, sd=sd, pole=True)
 
 
 def _share(scope: Scope, place: Place) -> tuple[Free, ...]:
@@ -292,7 +303,7 @@ PLATE_SUSPECTS = (
         ),
         transfer=OF_THE_SETUP,
         places=lambda scope: whole_rig_if(scope.chain.plates > 1),  # with one plate, the same as its clamps
-        free=_hinge,
+        free=_base_hinge,
         presence=rare,
     ),
     Suspect(

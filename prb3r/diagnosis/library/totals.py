@@ -28,6 +28,11 @@ def zero_of_cables(chain: Chain, bare: Chain) -> np.ndarray:
     return (chain.constant or no_loads(chain)).tension[0]
 
 
+def gravity_on_disks(chain: Chain, bare: Chain) -> np.ndarray:
+    """(n,) gravity in the plane that acts on each disk's mass, m/s^2."""
+    return np.full(chain.plates, float(np.linalg.norm(chain.gravity)))
+
+
 def drift_of_cables(chain: Chain, bare: Chain) -> np.ndarray:
     """(m,) tension added to the applied one of each cable with every step, N."""
     return np.zeros(len(chain.reach)) + chain.zero_drift

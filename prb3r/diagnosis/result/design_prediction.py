@@ -50,10 +50,10 @@ UNMENDED = (
 )
 """What is said of a design that is the recorded rig as it was noted wrongly."""
 _RECORDED = (
-    "the design's file is that of the recorded rig, which is taken to be this one, with its parts as the readings tell "
-    "them: say --another-copy where it is another rig of one drawing"
+    "the design's file is that of the recorded rig, which is taken to be this one{}: say --another-copy where it is "
+    "another rig of one drawing"
 )
-"""What is said where a design has the geometry of the recorded rig."""
+"""What is said where a design has the geometry of the recorded rig, with what is known of its parts."""
 _OF_WHAT_STAYS = (
     "of what stays with the recorded rig the prediction has what the design's file states, and its bands nothing"
 )
@@ -109,7 +109,8 @@ def predict_design(
     design = designs[0]
     posterior, (central, left), remarks = design.posterior, design.named, design.remarks
     if design.recorded:
-        remarks.append(_RECORDED)
+        parts = any(model.parts for model in posterior.models)
+        remarks.append(_RECORDED.format(", with its parts as the readings tell them" if parts else ""))
     if verdict == "unexplained":
         remarks.append(UNEXPLAINED)
     remarks += said_of_benches(designs, "" if steps is None else "half of the draws behind the bands are")

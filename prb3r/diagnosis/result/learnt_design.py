@@ -127,13 +127,14 @@ def said_of_benches(designs: tuple[LearntDesign, ...], half: str = "") -> list[s
 
 
 def _of_the_bench(on_bench: LearntDesign, elsewhere: LearntDesign) -> tuple[str, ...]:
-    """In words the effects of the models, those of the named one first, that a design has on the bench of the recording
-    alone."""
-    there = dict[str, None]()
-    for rig in (on_bench.posterior.named, *(rig for _, rig in on_bench.posterior.centres)):
+    """In words the effects that a design has on the bench of the recording alone: those of the named model, and of
+    others those with a probability of `Settings.alike_rate` or more over all of them."""
+    shares = dict[str, float]()
+    for probability, rig in ((1.0, on_bench.posterior.named), *on_bench.posterior.centres):
         here, rest = (where.of(rig).manipulator.effect for where in (on_bench, elsewhere))
-        there |= dict.fromkeys(effect_in_words(effect) for effect in here if effect not in rest)
-    return tuple(there)
+        for kind in dict.fromkeys(effect_in_words(effect) for effect in here if effect not in rest):
+            shares[kind] = shares.get(kind, 0.0) + probability
+    return tuple(kind for kind, share in shares.items() if share >= Settings.alike_rate)
 
 
 def _in_seconds(effect: Effect) -> bool:

@@ -30,6 +30,9 @@ class EvidenceSettings:
     bic_fall: float = 10.0
     """Fall of the Bayesian information criterion from which on an effect is accepted.  "Very strong" evidence: Kass and
     Raftery, J. Am. Stat. Assoc. 90 (1995) 773."""
+    contradicted_sd: float = 3.0
+    """Prior standard deviations from nothing beyond which a parameter of an effect is tested without its prior, which
+    the readings contradict.  Choice: by chance once in 370."""
     refuted_rise: float = 10.0
     """Rise of chi-square on held-out readings at which what was named is taken back.  The same scale."""
     likelihood_ratio: float = 20.0
