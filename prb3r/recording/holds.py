@@ -29,7 +29,8 @@ def creeping(recording: Recording) -> Iterator[str]:
         yield (
             f"readings move on while loads are held: at {count} holds by {100 * shares.mean():.0f} % of what the step "
             "before had moved them, on the average; something creeps or gives way with time, as polymers do "
-            "(plate_relaxation): read at one time after each load, or note the times (time_s)"
+            "(plate_relaxation): read at one time after each load, or note the times (time_s) and begin every sequence "
+            "with a row without load"
         )
 
 

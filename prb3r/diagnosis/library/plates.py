@@ -189,11 +189,12 @@ def _relaxation_sentence(fitted: Occurrence) -> str:
     more = 100 * share.value / (1 - share.value)
     step = fitted.place.get("step_s")
     time = f"{fitted.estimates['steps']} steps" if step is None else f"{fitted.estimates['steps'].times(step)} s"
-    note = "note when each step was read (time_s), and " if step is None else ""
+    note = "note when each step was read (time_s), " if step is None else ""
     return (
         f"The plates creep, as plastics do: a share of {share} of the moment that bends them relaxes with a time "
         f"constant of {time}, so that under a steady pull they bend by {more:.3g} % more in "
-        f"the end, and come back slowly: {note}hold every step as long."
+        f"the end, and come back slowly: {note}begin every sequence with a row without load, and "
+        "hold every step as long."
     )
 
 
