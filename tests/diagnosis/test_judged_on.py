@@ -95,6 +95,7 @@ def test_a_rig_without_an_effect_does_not_tell_what_it_is_worth():
     assert another.without == (None,)
 
 
+@pytest.mark.long
 def test_a_recording_of_another_arm_is_predicted_on_the_bench_unless_its_file_says_otherwise():
     """The zero of one force sensor, and an arm with longer clamps that was read with it and without."""
     zero = (("kind", "tension_offset"), ("offset_n", 12.0), ("cables", ("1",)))

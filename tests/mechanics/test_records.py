@@ -57,14 +57,14 @@ def test_packed_beside_another_a_chain_is_as_packed_alone(plate, share):
 
 
 def test_every_field_that_records_hold_makes_them_differ():
-    """But for those that say what of the loads acts, and the segments."""
+    """But for those that say what of the loads acts and by which clock, and the segments."""
     chain = random_chain(np.random.default_rng(2))
     changed = [differing(other, chain) for other in others_of(chain)]
     assert changed[0] == set()
     assert all(len(names) == 1 for names in changed[1:])
     elsewhere = {"segment", "tied", "constant", "closure", "tip_efficiency", "disk_efficiency", "gain", "quadratic"}
     elsewhere |= {"play", "zero_drift", "friction_rate", "friction_reference", "friction_excess", "friction_decay"}
-    elsewhere |= {"friction_drift", "tilt", "gravity"}
+    elsewhere |= {"friction_drift", "tilt", "gravity", "hanger", "relaxation_step"}
     assert set().union(*changed) == set(Chain._fields) - elsewhere
     alone = [b"".join(field.tobytes() for field in pack(other)) for other in others_of(chain)]
     assert len(set(alone)) == len(alone)

@@ -117,6 +117,7 @@ def test_wrench_is_eq_5_to_10_plate_by_plate():
         none[:1],
         none[:4],
         none[:4],
+        none[:1],
     )
     disks = pose(chain, rng.normal(size=(14, 3)) / 10)
     axis = np.exp(1j * disks.angle)
