@@ -95,6 +95,8 @@ def named_effect(
     ]
     if fresh and not partial and not fresh.refutes(fitted):
         near = [rival for rival in near if not fresh.refutes(rival.fitted)]
+    special = [rival.hypothesis for rival in near]  # of two forms of one effect the special one says it all
+    near = [rival for rival in near if not any(rival.hypothesis.generalises(other) for other in special)]
     elsewhere = [rival for rival in near if _same_but_place(rival.hypothesis, hypothesis)]
     places = _places(hypothesis, [*(rival.hypothesis for rival in elsewhere), *_in_its_place(choice, hypothesis)])
     parameters, profiles = _estimates(replace(choice, fitted=reported), number, intervals)
