@@ -89,26 +89,27 @@ def alternatives(fitted: Fit, hypotheses: Sequence[Hypothesis]) -> list[Alternat
 def alternatives_of(fitted: Fit, subjects: Sequence[Any], moved: Sequence[np.ndarray]) -> list[Alternative]:
     """The alternative of each subject around `fitted`; `moved` holds its changes (r, k) of the readings, m or rad."""
     white = all_at_once(fitted.model.noise.whiten, moved)
-    basis, _ = _told(fitted)
+    basis = basis_of(_without(fitted.jacobian, rows)) if len(rows := _contradicted(fitted)) else fitted.basis
     free = all_at_once(lambda changes: projected_out(changes, basis), white)
     return [_alternative(*each) for each in zip(subjects, white, free, strict=True)]
 
 
-def _told(fitted: Fit) -> tuple[np.ndarray, np.ndarray]:
-    """(r + c, b) basis of what the parameters can explain, and the residual (r + c,), without the priors of effects'
-    parameters that end more than `Settings.contradicted_sd` from nothing.
+def _contradicted(fitted: Fit) -> np.ndarray:
+    """(k,) rows of the residual with the priors of effects' parameters that end more than `Settings.contradicted_sd`
+    from nothing.
 
     Such a prior pulls at what the readings tell, and the misfit that it leaves there is none of missing physics.
     """
-    model, readings = fitted.model, fitted.recording.readings.count
-    far = np.abs(fitted.p / model.deviations) > model.settings.contradicted_sd
-    far[: len(model.varied)] = False
-    rows = readings + np.flatnonzero(far)
-    if not len(rows):
-        return fitted.basis, fitted.residual
-    jacobian, residual = fitted.jacobian.copy(), fitted.residual.copy()
-    jacobian[rows], residual[rows] = 0.0, 0.0
-    return basis_of(jacobian), residual
+    far = np.abs(fitted.p / fitted.model.deviations) > fitted.model.settings.contradicted_sd
+    far[: len(fitted.model.varied)] = False
+    return fitted.recording.readings.count + np.flatnonzero(far)
+
+
+def _without(values: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """The residual (r + c,) or its derivatives (r + c, p) with some `rows` 0."""
+    out = values.copy()
+    out[rows] = 0.0
+    return out
 
 
 def _alternative(subject: Any, white: np.ndarray, free: np.ndarray) -> Alternative:
@@ -167,7 +168,8 @@ def scores(fitted: Fit, tested: Sequence[Alternative], seed: int) -> Scores:
     critical values are those of a single test.
     """
     settings = fitted.model.settings
-    z = np.array([candidate.z(_told(fitted)[1]) for candidate in tested])
+    residual = _without(fitted.residual, _contradicted(fitted))
+    z = np.array([candidate.z(residual) for candidate in tested])
     judged = tested[:0] if settings.tested_alone else tested
     drawn = largest_by_chance(judged, seed, settings)
     rates = np.array([settings.alarm_rate, settings.naming_rate])
