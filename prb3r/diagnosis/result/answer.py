@@ -9,7 +9,7 @@ from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.diagnosis.result.effects import NamedEffect
 from prb3r.diagnosis.result.proposals import files_of, proposed
 from prb3r.diagnosis.settings import Settings
-from prb3r.markdown import listed
+from prb3r.markdown import few, listed
 
 
 class Exchange(NamedTuple):
@@ -131,7 +131,7 @@ def predicted_worse(diagnosis: Diagnosis) -> str:
         if before is not None and after is not None and noise is not None
         if min(after, after if made is None else made) > least * max(before, noise)
     ]
-    return f"{listed(held.sequences)}, which no fit has seen, {listed(said)}" if said else ""
+    return f"{few(held.sequences)}, which no fit has seen, {listed(said)}" if said else ""
 
 
 def _where_nothing_is_named(diagnosis: Diagnosis) -> str:

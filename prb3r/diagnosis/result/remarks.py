@@ -47,9 +47,10 @@ def predicted_by_others(choice: Choice, fresh: Unseen | None, failed: Sequence[J
     if not missed:
         return []
     which = f"sequence{'s' * (len(missed) > 1)} {listed(missed)}"
+    who = "what is named does" if choice.kinds else "constants alone do"
     return [
-        f"what is named does not predict {which}, which no fit has seen; only other sets of effects that stand do: "
-        "do not rely on its numbers"
+        f"{who} not predict {which}, which no fit has seen; only other sets of effects that stand do: do not rely on "
+        "these numbers"
     ]
 
 
