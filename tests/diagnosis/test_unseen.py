@@ -130,8 +130,10 @@ def test_what_one_of_the_surviving_models_predicts_is_not_refuted():
     assert both.p == pytest.approx((0.6 * wrong.p + 0.3 * right.p) / 0.9)
     (named,) = alone.by_sequence_averaged(good, [(0.6, poor), (0.3, good)])
     assert named == right
-    chosen = [SimpleNamespace(fitted=fit) for fit in (poor, good)]
+    chosen = [SimpleNamespace(fitted=fit, kinds={"gravity"}) for fit in (poor, good)]
     said, silent = (predicted_by_others(choice, alone, []) for choice in chosen)
+    (plain,) = predicted_by_others(SimpleNamespace(fitted=poor, kinds=set()), alone, [])
+    assert plain.startswith(f"constants alone do not predict sequence {wrong.name}, which no fit has seen")
     assert silent == predicted_by_others(chosen[0], alone, [wrong]) == predicted_by_others(chosen[0], None, []) == []
     assert said[0].startswith(
         f"what is named does not predict sequence {wrong.name}, which no fit has seen; only other"
