@@ -43,7 +43,8 @@ def replacements(chosen: Fit, number: int, search: Search) -> list[Fit]:
     def worth(linear: LinearModel, present: frozenset[int]) -> np.ndarray:
         rise = linear.additions(present)
         survives = linear.has_any_of(among) & (rise >= lost - np.log(settings.survival_odds))
-        return np.where((rise >= settings.shortlist_share * gain) | survives, rise, -np.inf)
+        least = min(settings.shortlist_share * gain, np.sort(rise)[-settings.fewest_replacements])
+        return np.where((rise >= least) | survives, rise, -np.inf)
 
     return added(base, search, worth, barred=chosen.model.hypotheses[number])
 
