@@ -22,6 +22,7 @@ from prb3r.diagnosis.search.apply import Apply, serially
 from prb3r.diagnosis.search.search import Search
 from prb3r.diagnosis.search.selection import Choice
 from prb3r.diagnosis.search.starts import search_from_known
+from prb3r.diagnosis.settings import Settings
 from prb3r.diagnosis.stages import (
     Report,
     calibrate,
@@ -31,6 +32,7 @@ from prb3r.diagnosis.stages import (
     framed,
     leaves_something,
     search,
+    searched_on,
     to_search,
     to_test,
     with_other_constants,
@@ -167,9 +169,9 @@ def without_blunders(task: Task, report: Report, apply: Apply) -> SetUp:
     If constants alone do not explain the mended recording, effects may have imitated the blunder.  The recording as it
     is and the mended one are then both searched for effects, and the blunder is reported only if the comparison
     supports it (:func:`speaks_for`).  A search is stopped after its first start where that settles the comparison
-    (:func:`_clear`, :func:`_mended_beside`).  If mending changes no prediction with the effects found in the mended
-    recording, as for a cable that turns out to be dead, there is no blunder, and the recording as it is is searched
-    again from these effects.  A blunder that is sure (`Blunder.sure`) is reported without such a comparison.
+    (:func:`_both_begun`, :func:`_mended_beside`).  If mending changes no prediction with the effects found in the
+    mended recording, as for a cable that turns out to be dead, there is no blunder, and the recording as it is is
+    searched again from these effects.  A blunder that is sure (`Blunder.sure`) is reported without such a comparison.
     """
     blunders = blunders_of(task.recording, task.settings, apply)
     if not blunders or blunders[-1].sure:
@@ -177,13 +179,14 @@ def without_blunders(task: Task, report: Report, apply: Apply) -> SetUp:
     sure = blunders[: next(k for k, blunder in enumerate(blunders) if not blunder.sure)]
     as_it_is, said = to_test(_mended(task, sure), report, apply), sure
     report("search")
-    clear = _clear(task, blunders[: len(sure) + 1], as_it_is, apply)
-    searched = clear[0] if clear else search(as_it_is)
+    begun = _both_begun(task, blunders[: len(sure) + 1], as_it_is, apply)
+    searched, mended = begun if begun else (search(as_it_is), None)
+    if begun and not _is_clear(*begun, blunders[len(sure)], task.settings):
+        searched = searched_on(searched)
     for count in range(len(sure) + 1, len(blunders) + 1):
         blunder = blunders[count - 1]
         report("search")
-        first = clear if count == len(sure) + 1 else None
-        other = first[1] if first else _mended_beside(task, blunders[:count], searched, apply)
+        other = _mended_beside(task, blunders[:count], searched, apply, mended if count == len(sure) + 1 else None)
         if other is None:
             break
         if not _speaks(other, searched, blunder.least):
@@ -200,15 +203,13 @@ def without_blunders(task: Task, report: Report, apply: Apply) -> SetUp:
     return SetUp(searched, said)
 
 
-def _clear(
+def _both_begun(
     task: Task, blunders: tuple[Blunder, ...], as_it_is: Tested, apply: Apply
 ) -> tuple[Searched, Searched] | None:
-    """Searches of the recording as it is, stopped after the first start, and with all `blunders` mended, if the last of
-    these is clear; else None.
+    """Searches of the recording as it is, ended after the first start, and with all `blunders` mended, ended there too
+    if the worth reached is not ahead by `Settings.clear_blunder` times the evidence that the last blunder needs.
 
-    It is clear if constants alone leave a smaller misfit of the mended recording, effects explain the rest, and the
-    worth reached from the first start is ahead by `Settings.clear_blunder` times the evidence that the blunder needs.
-    This spares the full search of a recording that is spoiled, which takes long and finds nothing.
+    None if the last blunder is faint, or if mending it lets constants alone leave a larger misfit or no balance.
     """
     last = blunders[-1]
     if last.faint:
@@ -218,29 +219,50 @@ def _clear(
         if tested.doubted.fitted.reduced > as_it_is.doubted.fitted.reduced:
             return None
         begun = search(as_it_is, np.inf)
-        ahead = begun.choice.worth_of_first_start + task.settings.clear_blunder * last.least
-        mended = search(tested, ahead)
+        return begun, search(tested, _ahead(begun, last, task.settings))
     except OutOfBalance:
         return None
-    explained = mended.choice.worth_of_first_start > ahead and not mended.choice.structured
-    return (begun, mended) if explained and _speaks(mended, begun, last.least) else None
 
 
-def _mended_beside(task: Task, blunders: tuple[Blunder, ...], searched: Searched, apply: Apply) -> Searched | None:
+def _ahead(as_it_is: Searched, last: Blunder, settings: Settings) -> float:
+    """The worth from the first start from which on a mended recording is clearly ahead of that as it is."""
+    return as_it_is.choice.worth_of_first_start + settings.clear_blunder * last.least
+
+
+def _is_clear(as_it_is: Searched, mended: Searched, last: Blunder, settings: Settings) -> bool:
+    """Whether a blunder is clear from the searches of :func:`_both_begun`: the mended recording is ahead, and effects
+    explain it.
+
+    This spares the full search of a recording that is spoiled, which takes long and finds nothing.
+    """
+    ahead = mended.choice.worth_of_first_start > _ahead(as_it_is, last, settings)
+    return ahead and not mended.choice.structured and _speaks(mended, as_it_is, last.least)
+
+
+def _mended_beside(
+    task: Task, blunders: tuple[Blunder, ...], searched: Searched, apply: Apply, begun: Searched | None
+) -> Searched | None:
     """The effects chosen with all `blunders` mended, or None if the last of these cannot be reported.
 
     It cannot if no constants bring the mended recording into balance, or if it is faint and would not save an effect.
     The search is stopped after its first start if the worth reached is below that of the recording without the last
     blunder mended (`searched`) by more than the evidence that this blunder needs.
+
+    Parameters
+    ----------
+    begun : a search of the mended recording, which may have ended after its first start; absent: nothing yet.
     """
     last, choice = blunders[-1], searched.choice
     if last.faint and not (choice.structured or choice.kinds):
         return None
+    least_worth = choice.worth_of_first_start - (0.0 if last.faint else last.least)
+    if begun is not None:
+        return searched_on(begun, least_worth)
     try:
         tested = to_test(_mended(task, blunders), lambda stage: None, apply)
         if last.faint and len(choice.kinds) == 1 and leaves_something(tested):
             return None  # to save the only effect, constants alone would have to explain the mended recording
-        return search(tested, choice.worth_of_first_start - (0.0 if last.faint else last.least))
+        return search(tested, least_worth)
     except OutOfBalance:
         return None
 

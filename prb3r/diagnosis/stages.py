@@ -161,6 +161,15 @@ def search(tested: Tested, least_worth: float = -np.inf) -> Searched:
     return Searched(tested, search_effects(doubted.fitted, doubted.search, doubted.doubts, least_worth))
 
 
+def searched_on(searched: Searched, least_worth: float = -np.inf) -> Searched:
+    """The search gone on with where it ended after the first start; as it is where it did not end there."""
+    begun, doubted = searched.choice.begun, searched.tested.doubted
+    if begun is None or searched.choice.worth_of_first_start < least_worth:
+        return searched
+    choice = search_effects(doubted.fitted, doubted.search, doubted.doubts, least_worth, begun)
+    return Searched(searched.tested, choice)
+
+
 def coarsened_if_unexplained(searched: Searched) -> Searched:
     """The choice; where it leaves more than noise, the effects that stand under a coarser likelihood (`coarsened`)."""
     choice, tested = searched.choice, searched.tested

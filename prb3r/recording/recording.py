@@ -194,17 +194,26 @@ class Recording:
     def only(self, sequences: Iterable[int]) -> "Recording":
         """The recording of the sequences with these indices, in their order in the recording."""
         chosen = sorted(set(sequences))
-        rows = np.isin(self.of_sequence, chosen)
-        place = np.cumsum(rows) - 1
-        readings = self.readings.where(rows[self.readings.step])
+        part = self.at_steps(np.flatnonzero(np.isin(self.of_sequence, chosen)))
+        names = tuple(self.sequences[k] for k in chosen)
+        return replace(part, sequences=names, of_sequence=np.searchsorted(chosen, part.of_sequence))
+
+    def at_steps(self, rows: np.ndarray) -> "Recording":
+        """The recording with the steps in these rows (k,) alone, which grow; its sequences are all named still."""
+        place = np.full(len(self.steps), -1)
+        place[rows] = np.arange(len(rows))
+        readings = self.readings.where(place[self.readings.step] >= 0)
         return replace(
             self,
-            sequences=tuple(self.sequences[k] for k in chosen),
-            steps=self.steps[rows].reset_index(drop=True),
-            of_sequence=np.searchsorted(chosen, self.of_sequence[rows]),
+            steps=self.steps.iloc[rows].reset_index(drop=True),
+            of_sequence=self.of_sequence[rows],
             loads=Loads(*(field[rows] for field in self.loads)),
             readings=readings._replace(step=place[readings.step]),
         )
+
+    def with_remark(self, text: str) -> "Recording":
+        """A copy with one more remark."""
+        return replace(self, remarks=(*self.remarks, text))
 
     def rows_of(self, part: "Recording") -> np.ndarray:
         """Rows of `steps` that belong to the sequences of `part`, a recording of some of them (:meth:`only`)."""

@@ -7,8 +7,10 @@ import pytest
 from diagnosis.simulated import Case, recorded
 
 from prb3r.diagnosis.checks.setup import find
-from prb3r.diagnosis.checks.setup.attempt import attempt_on
+from prb3r.diagnosis.checks.setup.attempt import attempt_on, distinct_steps, states_at
+from prb3r.diagnosis.checks.setup.cables import cable_blunders
 from prb3r.diagnosis.checks.setup.find import remedies
+from prb3r.diagnosis.checks.setup.quick import quick_predictor
 from prb3r.diagnosis.checks.setup.robust import RobustModel, sight, trier
 from prb3r.diagnosis.checks.setup.trial import Trial
 from prb3r.diagnosis.fit.constants import Constants
@@ -16,6 +18,7 @@ from prb3r.diagnosis.fit.covariance import independent
 from prb3r.diagnosis.fit.model import Model
 from prb3r.diagnosis.fit.prediction import predictor
 from prb3r.diagnosis.settings import Settings
+from prb3r.mechanics.chain import Loads
 from prb3r.recording.recording import Kind
 
 TRUE = Constants(log_stiffness=np.log(1.05), log_friction=np.log(0.9))
@@ -131,3 +134,19 @@ def test_of_two_blunders_that_are_spoken_for_the_one_is_said_that_leaves_all_rea
 
     monkeypatch.setattr(find, "trials", trials)
     assert find.find_blunder(recording, Settings()).blunder == found[1].remedy.blunder
+
+
+def test_steps_that_many_recordings_have_in_common_are_solved_once_to_the_same_poses():
+    recording, grid, settings = recorded(), [Constants(), Constants(log_stiffness=0.1)], Settings()
+    changed = [remedy.mend(recording).recording for remedy in cable_blunders(recording) if remedy.file == "steps"]
+    predictors = [quick_predictor(each, settings) for each in (recording, *changed)]
+    together, alone = states_at(grid, predictors), [states_at(grid, [predict])[0] for predict in predictors]
+    for many, single in zip(together, alone, strict=True):
+        for one, other in zip(many, single, strict=True):
+            for field in ("x", "y", "angle"):
+                np.testing.assert_allclose(getattr(one, field), getattr(other, field), atol=1e-9)
+    loads = Loads(*(np.concatenate(f) for f in zip(*(p.recording.loads for p in predictors), strict=True)))
+    solved, place = distinct_steps(loads, np.concatenate([predict.number for predict in predictors]))
+    assert len(solved) < loads.steps / 4
+    assert np.array_equal(loads.tension[solved][place], loads.tension)
+    assert np.array_equal(loads.slip[solved][place], loads.slip)

@@ -153,7 +153,7 @@ def test_what_is_sure_is_not_held_against_a_search_for_effects_in_its_place(monk
     assert plain.expected
     assert not faint.sure  # between the odds that suffice and those of other blunders: the two searches are compared
     begun = Mock(side_effect=AssertionError("the recording as it is was searched"))
-    monkeypatch.setattr(around, "_clear", begun)
+    monkeypatch.setattr(around, "_both_begun", begun)
     monkeypatch.setattr(around, "blunders_of", Mock(return_value=(replace(faint, expected=True),)))
     searched, (said,), _, _ = without_blunders(Task(without_slips(lossy)), lambda stage: None, serially)
     assert said.blunder == FORGOTTEN_SLIPS

@@ -56,6 +56,8 @@ class Choice:
     """Effects that other recordings show too, so that no rival is sought for them on this one."""
     worth_of_first_start: float = -np.inf
     """The worth of the best model found from the first start (`worth_of`)."""
+    begun: "Explored | None" = None
+    """The search from the first start where the search ended there, to go on from; None where it did not end there."""
     share_of_stated: float = 1.0
     """Root mean square of the residuals of a structured choice over the stated noise: below 1 if they are smaller than
     stated everywhere, else 1 or more (function `share_of_stated`); 1 for a choice that is not structured."""

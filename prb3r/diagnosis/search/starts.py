@@ -28,7 +28,9 @@ from prb3r.diagnosis.search.small_loads import from_small_loads
 from prb3r.diagnosis.search.worth import worth_of
 
 
-def search_effects(calibrated: Fit, search: Search, doubts: Doubts, least_worth: float = -np.inf) -> Choice:
+def search_effects(
+    calibrated: Fit, search: Search, doubts: Doubts, least_worth: float = -np.inf, begun: Explored | None = None
+) -> Choice:
     """The choice of effects by a search from several starts.
 
     If the constants alone leave little unexplained, the only start is the constants and the effects found before.
@@ -48,9 +50,11 @@ def search_effects(calibrated: Fit, search: Search, doubts: Doubts, least_worth:
 
     Parameters
     ----------
-    least_worth : the search results after the first start if the worth reached (:func:`worth_of`) is less than this.
+    least_worth : the search ends after the first start if the worth reached (:func:`worth_of`) is less than this.
+    begun : what was reached from the first start by a search that ended there (`Choice.begun`); absent: nothing yet.
     """
-    results = _from_all_starts(_beginning(calibrated, search, doubts), least_worth)
+    first = begun and _Result(begun, not choose(begun, search).structured, None)
+    results = _from_all_starts(_beginning(calibrated, search, doubts), least_worth, first)
     worth_of_first_start, best = results[0].worth(search), results[0]
     for other in results[1:]:
         if mean_log_odds(other.best, best.best, search) > calibrated.model.settings.better_exchanged:
@@ -58,7 +62,7 @@ def search_effects(calibrated: Fit, search: Search, doubts: Doubts, least_worth:
     explored = best.explored.sought_by(search)
     add_refitted([result.best for result in results if result is not best], explored.pool)
     if worth_of_first_start < least_worth:
-        return replace(choose(explored, search), worth_of_first_start=worth_of_first_start)
+        return replace(choose(explored, search), worth_of_first_start=worth_of_first_start, begun=explored)
     settled = exchange_effects(explored, search)
     choice = choose(settled, search)
     for _ in range(calibrated.model.settings.exchanges):
@@ -73,23 +77,23 @@ def search_from_known(calibrated: Fit, search: Search, doubts: Doubts) -> Choice
     return choose(_from_known(_beginning(calibrated, search, doubts)).explored, search)
 
 
-def _from_all_starts(beginning: "_Beginning", least_worth: float) -> list["_Result"]:
+def _from_all_starts(beginning: "_Beginning", least_worth: float, begun: "_Result | None") -> list["_Result"]:
     """The results of the searches from all starts; of the first alone if its worth is below `least_worth`.
 
     The searches from small loads and from all common effects run side by side, one worker each, unless `least_worth`
-    may make the second unnecessary.
+    may make the second unnecessary.  The first is not repeated if it is `begun`.
     """
     calibrated, _, search, _ = beginning
     if calibrated.reduced <= calibrated.model.settings.gross:
-        return [_from_known(beginning)]
+        return [begun or _from_known(beginning)]
     if calibrated.costly:
-        first = _from_small_loads(beginning)
+        first = begun or _from_small_loads(beginning)
         return [first] if first.explains or first.worth(search) < least_worth else [first, _from_known(beginning)]
     alone = beginning._replace(search=search.here)
     sides = [(_from_small_loads, alone), (_from_full_side, alone)]
-    results = []
-    if least_worth > -np.inf:
-        results, sides = [_from_small_loads(beginning)], sides[1:]
+    results = list[_Result]()
+    if begun or least_worth > -np.inf:
+        results, sides = [begun or _from_small_loads(beginning)], sides[1:]
         if _is_simple(results[0]) or results[0].worth(search) < least_worth:
             return results
     results += [result for result in search.until(_from_side, sides, _is_simple) if result is not None]

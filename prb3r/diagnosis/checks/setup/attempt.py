@@ -23,6 +23,9 @@ LOST_FRICTION = 0.5
 lost the friction coefficient.  Choice: a factor of 7, which turns 0.2 into less than 0.03 or more than 1.4; dry pairs
 of any materials lie between these."""
 
+ROUGH_STEPS = 30_000
+"""Load steps of the remedies that are tried at once.  Choice, for memory: some 100 MB."""
+
 
 @dataclass(frozen=True, eq=False)
 class Attempt:
@@ -48,6 +51,11 @@ class Attempt:
 
         Equilibria are solved only where the remedy changes loads or manipulator.
         """
+        share = max(ROUGH_STEPS // max(len(self.recording.steps), 1), 1)
+        return [each for k in range(0, len(among), share) for each in self._rough(among[k : k + share])]
+
+    def _rough(self, among: Sequence[Remedy]) -> list[Trial]:
+        """:meth:`rough` of so few remedies that the states of all fit into memory."""
         recordings = [remedy.mend(self.recording) for remedy in among]
         predictors = [quick_predictor(mended.recording, self.trying.settings) for mended in recordings]
         others = [k for k, mended in enumerate(recordings) if self._loads_alone_differ(mended.recording)]
@@ -87,22 +95,40 @@ def states_at(grid: Sequence[Constants], predictors: Sequence[Predictor]) -> lis
     loads = Loads(*(np.concatenate(field) for field in zip(*(each.loads for each in recordings), strict=True)))
     begins = np.concatenate([each.begins for each in recordings])
     number = np.concatenate([predict.number for predict in predictors])
+    solved, place = distinct_steps(loads, number)
+    follows = np.diff(solved, prepend=-1) == 1
     ends = np.cumsum([each.loads.steps for each in recordings])
     out: list[list[Equilibria]] = [[] for _ in predictors]
     settings = predictors[0].settings
     for constants in grid:
         states = equilibria_of(
             predictors[0].chain_of(constants),
-            loads,
-            from_rest=begins,
-            number=number,
+            Loads(*(field[solved] for field in loads)),
+            from_rest=begins[solved] | ~follows,
+            number=number[solved],
             smallest_step=settings.path_end_error,
             allowance=settings.allowance,
         )
-        poses = (np.split(field, ends[:-1]) for field in (states.x, states.y, states.angle))
+        poses = (np.split(field[place], ends[:-1]) for field in (states.x, states.y, states.angle))
         for equilibria, (x, y, angle) in zip(out, zip(*poses, strict=True), strict=True):
             equilibria.append(replace(states, x=x, y=y, angle=angle))
     return out
+
+
+def distinct_steps(loads: Loads, number: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Rows of the steps that differ in loads or `number` (s,), in order, and (s,) which of these each step equals.
+
+    A recording with a blunder mended has most of its steps in common with many others, and these are solved once.
+    """
+    fields = [np.asarray(field).reshape(loads.steps, -1) for field in (*loads, number)]
+    varied = np.concatenate([field[:, np.ptp(field, axis=0) > 0] for field in fields], axis=1)
+    if not varied.shape[1]:
+        return np.zeros(1, int), np.zeros(loads.steps, int)
+    _, first, place = np.unique(np.ascontiguousarray(varied), axis=0, return_index=True, return_inverse=True)
+    order = np.argsort(first)
+    rank = np.empty(len(order), int)
+    rank[order] = np.arange(len(order))
+    return first[order], rank[place.ravel()]
 
 
 def _around(fitted: Constants, gravity: float) -> list[Constants]:
