@@ -220,7 +220,7 @@ def _on_the_noise(choice: Choice, doubted: Doubted, fresh: Unseen | None) -> tup
     """Remarks on the noise, and on weights that are not believed."""
     return (
         *scattered(doubted.repeated),
-        *noisy(choice.level, doubted.task.settings),
+        *noisy(choice.level, doubted.task.settings, doubted.recording.serial_noise.share > 0),
         *below_stated(choice.share_of_stated),
         *wrong_weights(choice.calibrated.recording, choice.doubts.weights),
         *(wrong_weights(fresh.recording, fresh.doubted) if fresh else ()),

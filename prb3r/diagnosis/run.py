@@ -26,6 +26,7 @@ from prb3r.model.given import Given, manipulator_of
 from prb3r.model.manipulator import Manipulator
 from prb3r.recording.reading import load_recording
 from prb3r.recording.recording import Recording
+from prb3r.recording.serial_noise import with_serial_noise
 from prb3r.recording.thinning import thinned
 from prb3r.runs.backends.process_map import process_map
 
@@ -105,7 +106,8 @@ def _read(given: Sequence[Recording | str | Path]) -> list[Recording]:
     """The recordings, with as many of their steps as are used."""
     settings = Settings()
     read = [place if isinstance(place, Recording) else load_recording(place) for place in given]
-    return [thinned(recording, settings.steps_used, settings.steps_of_sequence) for recording in read]
+    used = settings.steps_used, settings.steps_of_sequence
+    return [thinned(with_serial_noise(recording), *used) for recording in read]
 
 
 def _refuse_known(others: Sequence[Recording], diagnosed: Sequence[Recording]) -> None:

@@ -153,6 +153,18 @@ class Readings(NamedTuple):
         return Readings(*(field[chosen] for field in self))
 
 
+class SerialNoise(NamedTuple):
+    """Share of the variance of the reading noise that lasts from step to step, and over how many."""
+
+    share: float = 0.0
+    span: float = np.inf
+    """Correlation length, in steps: exp(-steps / span)."""
+
+
+NO_SERIAL_NOISE = SerialNoise()
+"""Noise of which nothing lasts from one step to the next, or nothing is known."""
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Recording:
     """A recording: `s` load steps in one or more sequences, each starting from rest, and their readings."""
@@ -175,6 +187,10 @@ class Recording:
     sharing: Sharing = Sharing()
     remarks: tuple[str, ...] = ()
     """Sentences on what was repaired, counted or reinterpreted when the recording was read."""
+    serial_noise: SerialNoise = NO_SERIAL_NOISE
+    """Noise of the readings of a log that lasts from one step to the next."""
+    as_read: np.ndarray | None = None
+    """(s,) row that each step had in the table as read, where steps were left out; absent: none were."""
 
     def __repr__(self) -> str:
         """Name and numbers of sequences, load steps and readings, on one line."""
@@ -185,6 +201,11 @@ class Recording:
     def begins(self) -> np.ndarray:
         """(s,) whether each step is the first of its sequence, which starts from rest."""
         return np.concatenate([[True], np.diff(self.of_sequence) != 0])
+
+    @cached_property
+    def row_as_read(self) -> np.ndarray:
+        """(s,) row that each step had in the table as read."""
+        return np.arange(len(self.steps)) if self.as_read is None else self.as_read
 
     @cached_property
     def lets_go(self) -> bool:
@@ -209,6 +230,7 @@ class Recording:
             of_sequence=self.of_sequence[rows],
             loads=Loads(*(field[rows] for field in self.loads)),
             readings=readings._replace(step=place[readings.step]),
+            as_read=self.row_as_read[rows],
         )
 
     def with_remark(self, text: str) -> "Recording":

@@ -9,12 +9,12 @@ from prb3r.diagnosis.evidence.noise_level import ReadingChanges, noise_level
 from prb3r.diagnosis.evidence.outliers import Doubts
 from prb3r.diagnosis.evidence.renewal import level_under
 from prb3r.diagnosis.fit.calibrate import fit_constants
-from prb3r.diagnosis.fit.covariance import NoiseLevel, noise_of, reading_sd
+from prb3r.diagnosis.fit.covariance import NoiseLevel, as_stated, noise_correlation, noise_of, reading_sd
 from prb3r.diagnosis.fit.prediction import predictor
 from prb3r.diagnosis.fit.response import tension_response
 from prb3r.diagnosis.result.rig_remarks import noisy
 from prb3r.diagnosis.settings import Settings
-from prb3r.recording.recording import Recording
+from prb3r.recording.recording import Readings, Recording, SerialNoise
 from tests.diagnosis.simulated import recorded
 
 
@@ -85,3 +85,34 @@ def test_the_covariance_grows_with_the_square_of_the_factor():
         noise_of(recording, sensitivity, level=NoiseLevel(tension=factor)).total_sd ** 2 for factor in (0.0, 1.0, 3.0)
     ]
     assert variance[2] - variance[0] == pytest.approx(9 * (variance[1] - variance[0]), rel=1e-9)
+
+
+@pytest.mark.parametrize("span", [2.0, 5.6])
+def test_how_long_the_noise_of_a_log_lasts_is_told_better_by_the_fit_of_a_model(span):
+    """Stretches of a log tell it to a factor of two; a sequence of forty steps tells it better."""
+    whole = recorded()
+    step, disk, kind = (each.ravel() for each in np.indices((40, 6, 2)))
+    log = replace(
+        whole,
+        steps=whole.steps.iloc[np.zeros(40, int)].reset_index(drop=True),
+        of_sequence=np.zeros(40, int),
+        readings=Readings(step, disk + 1, kind, np.zeros(len(step))),
+        serial_noise=SerialNoise(0.98, 2.8),
+    )
+    stated = as_stated(log)
+    root = np.linalg.cholesky(noise_correlation(log, stated._replace(span=span)).toarray())
+    sd, told = reading_sd(log), []
+    for seed in range(6):
+        rng = np.random.default_rng(seed)
+        changes = ReadingChanges(
+            sd[:, None] * rng.normal(size=(len(sd), 2)),
+            np.zeros((len(sd), 0)),
+            sd[:, None] * rng.normal(size=(len(sd), 3)),
+        )
+        misfit = sd * (root @ rng.normal(size=len(sd)))
+        told.append(noise_level(log, misfit, changes, np.ones(len(sd)), Settings(), stated).level)
+    assert np.median([level.span for level in told]) == pytest.approx(span, rel=0.05)
+    assert {level.serial for level in told} == {0.98}
+    last = noise_level(log, misfit, changes, np.ones(len(sd)), Settings(), stated)
+    (said,) = [text for text in noisy(last, Settings(), logged=True) if "lasts" in text]
+    assert said.startswith("about 98 % of the noise of a disk's readings lasts over some")

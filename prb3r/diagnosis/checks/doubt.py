@@ -23,10 +23,12 @@ FEWEST_TO_TELL = 3
 def without_outliers(rough: Fit) -> tuple[Fit, Doubts]:
     """The calibrated model refitted with gross outliers weighed down, and the factors on their standard deviations."""
     settings = rough.model.settings
-    fitted, doubts = rough, Doubts(np.ones(rough.recording.readings.count))
+    fitted, doubts = rough, Doubts.as_stated(rough.recording, np.ones(rough.recording.readings.count))
     for _ in range(settings.doubt_rounds):
         if not settings.believe_all:
-            doubts = Doubts(outlier_inflation(fitted.model.predict, fitted.solved.readings, settings))
+            doubts = Doubts.as_stated(
+                fitted.recording, outlier_inflation(fitted.model.predict, fitted.solved.readings, settings)
+            )
         fitted = renewed(fitted, doubts)
     return fitted, doubts
 

@@ -48,7 +48,9 @@ class HeldOut:
 
 def noise_under(predict: Predictor, solved: Solution, settings: Settings) -> Noise:
     """Covariance of readings about a solution at the stated noise level, with gross outliers weighed down."""
-    return Doubts(outlier_inflation(predict, solved.readings, settings)).noise(predict, solved, settings)
+    return Doubts.as_stated(predict.recording, outlier_inflation(predict, solved.readings, settings)).noise(
+        predict, solved, settings
+    )
 
 
 def compared(predict: Predictor, noise: Noise, calibrated: np.ndarray, explained: np.ndarray) -> HeldOut:

@@ -13,7 +13,7 @@ where :math:`a_i` are the components of the residual along their directions, :ma
 residual, and `r` is the number of readings less the number of fitted parameters.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -88,9 +88,12 @@ def noise_level(
     changes : changes of the readings by everything but their noise.
     inflation : (r,) factor on the standard deviation of each reading, above 1 where it is weighed down.
     lasts : level with the shares that last through a sequence, which are kept; `changes.tensions` must account for the
-        share of the tensions already.
+        share of the tensions already.  Over how many steps the noise of a log lasts is estimated around its `span`, as
+        short stretches tell it by themselves hardly better than to a factor of two.
     """
     likelihood = _Likelihood(recording, misfit, changes, reading_sd(recording) * inflation, settings, lasts)
+    if recording.serial_noise.share and lasts.serial:
+        likelihood = min(likelihood.of_other_spans(), key=_Likelihood.least)
     common, reach, deviance = likelihood.of_likeliest_share()
     log_density = -(deviance - deviance.min()) / 2
     reading = _scale(likelihood.log_scales, logsumexp(log_density, axis=0))
@@ -98,7 +101,7 @@ def noise_level(
     if likelihood.tensions_scatter:
         along_factors = logsumexp(log_density, axis=1)
         tension = _scale(*_finer(likelihood.log_factors, along_factors, settings.spline_points))
-    level = lasts._replace(scale=reading.value, common=common, reach=reach, tension=tension.value)
+    level = likelihood.lasts._replace(scale=reading.value, common=common, reach=reach, tension=tension.value)
     return EstimatedLevel(level, reading, tension)
 
 
@@ -144,6 +147,16 @@ class _Likelihood:
     def surface(self, products: "_Products") -> np.ndarray:
         """Deviance at all pairs of factors: (`log_factors`, `log_scales`)."""
         return np.stack([self.along_scales(products, log_factor) for log_factor in self.log_factors])
+
+    def of_other_spans(self) -> list["_Likelihood"]:
+        """The likelihoods with the serial noise over other numbers of steps, this one among them."""
+        span = self.recording.serial_noise.span
+        return [replace(self, lasts=self.lasts._replace(span=factor * span)) for factor in self.settings.serial_factors]
+
+    def least(self) -> float:
+        """The least deviance without a common share, that of the prior of the span included."""
+        far = np.log(self.lasts.span / self.recording.serial_noise.span) / self.settings.serial_log_sd
+        return float(self.surface(self.products(0.0, np.inf)).min() + far**2)
 
     def of_likeliest_share(self) -> tuple[float, float, np.ndarray]:
         """The likeliest share that a photograph has in common, its correlation length, and the :meth:`surface` there.

@@ -11,7 +11,7 @@ import numpy as np
 from prb3r.diagnosis.chance import normal_critical
 from prb3r.diagnosis.evidence.neighbours import NEIGHBOURS_ALONG, neighbours
 from prb3r.diagnosis.evidence.score_test import Alternative, alternatives_of
-from prb3r.diagnosis.fit.covariance import AS_STATED, Noise, NoiseLevel, noise_of, reading_sd
+from prb3r.diagnosis.fit.covariance import AS_STATED, Noise, NoiseLevel, as_stated, noise_of, reading_sd
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.fit.prediction import Predictor, Solution
 from prb3r.diagnosis.fit.response import tension_response
@@ -154,6 +154,11 @@ class Doubts:
     """Weights that are not believed."""
     level: NoiseLevel = AS_STATED
     """The estimated level of the noise."""
+
+    @classmethod
+    def as_stated(cls, recording: Recording, inflation: np.ndarray) -> "Doubts":
+        """Doubts of readings alone, with the noise as it is stated (:func:`as_stated`)."""
+        return cls(inflation, level=as_stated(recording))
 
     def inflated(self, recording: Recording, settings: Settings) -> np.ndarray:
         """(r,) factor on the standard deviation of each reading; `Settings.disbelief` under a doubted weight."""

@@ -18,7 +18,7 @@ from scipy.sparse import csr_array, diags_array
 
 from prb3r.diagnosis.evidence.repeated_loads import Match, matches
 from prb3r.diagnosis.fit.basis import left_singular
-from prb3r.diagnosis.fit.covariance import AS_STATED, NoiseLevel, lasting_scatter, noise_correlation
+from prb3r.diagnosis.fit.covariance import AS_STATED, NoiseLevel, as_stated, lasting_scatter, noise_correlation
 from prb3r.diagnosis.settings import Settings
 from prb3r.recording.recording import Recording
 
@@ -41,8 +41,9 @@ def repeatability(
 ) -> NoiseLevel:
     """The shares of the noise that last through a sequence, as a level with factors of 1; 0 if too few steps repeat.
 
-    From the shares that are `believed`, one share at a time moves to the next smaller or larger value, as long as that
-    lowers the deviance by `Settings.better_shares`.  They begin at what is believed because they do not depend on the
+    The share of the readings is that of the recording's `serial_noise` if there is any.  From the shares that are
+    `believed`, one share at a time moves to the next smaller or larger value, as long as that lowers the deviance by
+    `Settings.better_shares`.  They begin at what is believed because they do not depend on the
     model: few repetitions hardly tell them apart, and a search whose noise went to and fro would not come to rest.
 
     Parameters
@@ -52,13 +53,15 @@ def repeatability(
     believed : level with the shares believed so far.
     """
     weights = differences(recording, settings, np.square(uncertain.tensions).sum((1, 2)) / uncertain.sd**2)
+    stated = as_stated(recording)
     if weights is None:
-        return AS_STATED
+        return stated
     _, sizes = np.unique(
         [recording.of_sequence[recording.readings.step], recording.readings.kind], axis=1, return_counts=True
     )
-    if sizes.max() > settings.most_in_sequence:
+    if stated.serial or sizes.max() > settings.most_in_sequence:
         settings = replace(settings, serial_shares=())
+        believed = believed._replace(serial=stated.serial, span=stated.span)
     level = AS_STATED._replace(lasting=believed.lasting, serial=believed.serial, span=believed.span)
     least = _deviance(recording, weights, misfit, uncertain, level, settings)
     while True:
@@ -130,7 +133,7 @@ def _beside(level: NoiseLevel, settings: Settings) -> Iterator[NoiseLevel]:
     """The levels in which one share, `lasting` or `serial`, is the next larger or smaller one, `serial` at any span."""
     for share in _next_to(level.lasting, settings.lasting_shares):
         yield level._replace(lasting=share)
-    for share in _next_to(level.serial, settings.serial_shares):
+    for share in _next_to(level.serial, settings.serial_shares) if settings.serial_shares else ():
         spans = settings.serial_spans if share else (np.inf,)
         yield from (level._replace(serial=share, span=span) for span in spans)
 

@@ -12,7 +12,7 @@ import numpy as np
 from prb3r.diagnosis.chance import chi2_tail
 from prb3r.diagnosis.evidence.outliers import Doubts
 from prb3r.diagnosis.evidence.renewal import renewed
-from prb3r.diagnosis.fit.covariance import AS_STATED
+from prb3r.diagnosis.fit.covariance import as_stated
 from prb3r.diagnosis.fit.model import Fit
 
 
@@ -23,7 +23,7 @@ def share_of_stated(fitted: Fit, doubts: Doubts) -> float:
     `Settings.naming_rate`.  And on no disk and in no sequence is the mean square above the stated one, as it could be
     for a small part of the readings while the whole is below.
     """
-    stated = renewed(fitted, replace(doubts, level=AS_STATED))
+    stated = renewed(fitted, replace(doubts, level=as_stated(fitted.recording)))
     readings, squared = stated.recording.readings, stated.misfit**2
     labels = readings.disk, stated.recording.of_sequence[readings.step]
     parts = [squared[label == part].mean() for label in labels for part in np.unique(label)]

@@ -64,6 +64,11 @@ AS_STATED = NoiseLevel()
 """Noise of the stated standard deviations without correlations."""
 
 
+def as_stated(recording: Recording) -> NoiseLevel:
+    """Noise of the stated standard deviations, with the correlation from step to step that a log tells."""
+    return AS_STATED._replace(serial=recording.serial_noise.share, span=recording.serial_noise.span)
+
+
 @dataclass(frozen=True, eq=False)
 class Block:
     """One step of the whitening: some readings, and the few directions in which they scatter together."""
@@ -137,7 +142,7 @@ def noise_of(
     recording: Recording,
     sensitivity: np.ndarray,
     inflation: np.ndarray | None = None,
-    level: NoiseLevel = AS_STATED,
+    level: NoiseLevel | None = None,
     tolerances: np.ndarray | None = None,
 ) -> Noise:
     """The covariance of the readings of a recording: reading noise, scatter of the tensions and tolerances.
@@ -146,8 +151,10 @@ def noise_of(
     ----------
     sensitivity : (r, s, m) of :func:`prb3r.diagnosis.fit.response.tension_response`.
     inflation : (r,) factor on the standard deviation of each reading, above 1 where it is weighed down; absent: 1.
+    level : absent: as stated (:func:`as_stated`).
     tolerances : (r, t) change of every reading by one standard deviation of each tolerance; absent: exact geometry.
     """
+    level = as_stated(recording) if level is None else level
     believed = np.ones(recording.readings.count) if inflation is None else inflation
     sd = reading_sd(recording) * level.scale * believed
     root = correlation_root(recording, sd, level)
@@ -220,11 +227,11 @@ def _blocks(recording: Recording, level: NoiseLevel) -> list[tuple[np.ndarray, n
     together = recording.of_sequence[step] if level.serial else step
     order = np.lexsort((disk, step, kind, together))
     edges = np.flatnonzero(np.diff(together[order]) | np.diff(kind[order])) + 1
-    known, out = dict[bytes, np.ndarray](), []
+    known, out, when = dict[bytes, np.ndarray](), [], recording.row_as_read[step]
     for rows in np.split(order, edges):
-        key = np.concatenate([disk[rows], step[rows] - step[rows[0]]]).tobytes()
+        key = np.concatenate([disk[rows], when[rows] - when[rows[0]]]).tobytes()
         if key not in known:
-            disks, steps = (np.abs(np.subtract.outer(place[rows], place[rows])) for place in (disk, step))
+            disks, steps = (np.abs(np.subtract.outer(place[rows], place[rows])) for place in (disk, when))
             photograph = (1 - level.common) * (disks == 0) + level.common * np.exp(-disks / level.reach)
             along = np.exp(-steps / level.span) * (disks == 0)
             known[key] = (1 - level.serial) * photograph * (steps == 0) + level.serial * along

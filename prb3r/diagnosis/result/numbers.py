@@ -55,8 +55,8 @@ class NoiseFound(NamedTuple):
     lasting: float
     """Share of the variance of the tensions that lasts through a sequence, from sequences that repeat one another."""
     serial: float
-    """Share of the variance that readings of a disk have in common along a sequence, from sequences that repeat one
-    another."""
+    """Share of the variance that readings of a disk have in common along a sequence, from a log by itself or from
+    sequences that repeat one another."""
     span: float
     """Steps over which that share is common, correlated as exp(-distance / span)."""
     tension_open: tuple[bool, bool] = (False, False)

@@ -35,9 +35,14 @@ def scattered(repeated: Scatter | None) -> list[str]:
     return [f"what was pulled again ({count(repeated.steps, 'step')}) scatters {often}, {taken}"]
 
 
-def noisy(estimate: EstimatedLevel, settings: Settings) -> list[str]:
+def noisy(estimate: EstimatedLevel, settings: Settings, logged: bool = False) -> list[str]:
     """Estimates of the noise that differ from what is stated: its scales, and the shares that readings have in common
-    or that last through a sequence."""
+    or that last through a sequence.
+
+    Parameters
+    ----------
+    logged : whether what lasts from step to step is that of the recording's `serial_noise`.
+    """
     level, remarks = estimate.level, []
     for name, scale, disturbed in [
         ("reading noise", estimate.reading, "the readings"),
@@ -55,9 +60,12 @@ def noisy(estimate: EstimatedLevel, settings: Settings) -> list[str]:
     if level.common:
         where = "neighbouring disks" if level.reach < settings.neighbouring_reach else "all disks of a photograph"
         remarks.append(f"about {100 * level.common:.0f} % of the variance of the readings is common to {where}")
+    lasts = f"noise of a disk's readings lasts over some {level.span:.2g} steps"
+    if logged:
+        remarks.append(f"about {100 * level.serial:.0f} % of the {lasts}, as those that follow one another are alike")
     for share, differing in [
         (level.lasting, "scatter of the tensions lasts through a sequence: a gain that the next one has not"),
-        (level.serial, f"noise of a disk's readings lasts over some {level.span:.0f} steps"),
+        (0.0 if logged else level.serial, lasts),
     ]:
         if share:
             remarks.append(f"what was pulled again differs: about {100 * share:.0f} % of the {differing}")

@@ -45,6 +45,11 @@ class NoiseSettings:
     serial_spans: tuple[float, ...] = (2.0, 10.0)
     """Steps over which: neighbours, or most of a sequence.  What is alike over all of it is no noise but something that
     was moved."""
+    serial_factors: tuple[float, ...] = (0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 2.8, 4.0)
+    """Factors on the steps over which the noise of a log lasts by itself that the fit of a model may tell.  Choice."""
+    serial_log_sd: float = 0.7
+    """Prior standard deviation of the ln of that factor: stretches of a log tell 1 to 16 steps where it lasts over 2.8
+    (`tests/recording/test_serial_noise.py`)."""
     better_shares: float = 2.0
     """Fall of minus twice the ln of the likelihood from which on another share is believed: less is "not worth more
     than a bare mention" (Kass and Raftery, J. Am. Stat. Assoc. 90 (1995) 773)."""

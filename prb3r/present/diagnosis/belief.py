@@ -69,11 +69,15 @@ def noise_sentence(diagnosis: Diagnosis) -> str:
         whole = noise.reach >= diagnosis.nominal.plates
         over = "the whole photograph has" if whole else f"disks less than about {noise.reach:.0f} apart have"
         text += f" Of the variance of the readings {over} {say.percent(noise.common)} in common."
-    if noise.lasting or noise.serial:
+    if noise.lasting:
         text += (
-            " Sequences under the same loads differ by errors that last, which no effect of the loads can explain:"
-            f" {say.percent(noise.lasting)} of the variance of the tensions stays through a sequence, and"
-            f" {say.percent(noise.serial)} of that of a disk's readings through neighbouring steps."
+            f" Sequences under the same loads differ by errors that last: {say.percent(noise.lasting)} of the variance"
+            " of the tensions stays through a sequence, which no effect of the loads can explain."
+        )
+    if noise.serial:
+        text += (
+            f" Of the variance of a disk's readings neighbouring steps have {say.percent(noise.serial)} in common, over"
+            f" some {say.rounded(noise.span)} steps."
         )
     return text
 
