@@ -17,6 +17,7 @@ from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.fit.tolerance import EstimatedTolerances
 from prb3r.diagnosis.known import Doubted, Searched
 from prb3r.diagnosis.result.constant_remarks import (
+    end_on_bounds,
     far_constants,
     far_frame,
     frame_of_constants_alone,
@@ -86,7 +87,7 @@ def check(searched: Searched, blunder: Blunder | None = None) -> Investigation:
     missed = predicted_by_others(choice, fresh, failed)
     odd = bool(at_bounds(choice.fitted) or missed) or impossible_rims(choice.fitted)
     unsure = odd or blunder is not None or any(effect.rivals for effect in named)
-    verdict = "unexplained" if why else verdict_on(choice, unsure)
+    verdict = "unexplained" if why else verdict_on(choice, unsure, end_on_bounds(reported))
     tolerances = tolerances_told(choice.fitted, choice.doubts)
     return Investigation(
         recording=doubted.recording,

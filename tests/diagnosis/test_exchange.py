@@ -113,3 +113,15 @@ def test_a_model_is_exchanged_once_and_rivals_are_taken_from_what_was_fitted_the
     sizes = {free.name: free.value(0.0) for free in before.free}
     search = replace(doubted.search, assumed=Assumed({before: sizes}))
     assert not [rival for rival in rivals(choice, contact, search) if rival.indistinguishable]
+
+
+def test_a_few_replacements_are_fitted_whatever_the_linearised_model_promises(imitation, doubted):
+    """One that refits much else gains far more than that."""
+    chosen = imitation.model.hypotheses
+    none = replace(imitation.model.settings, shortlist_share=1e3, survival_odds=1e-300)
+    for fewest in (1, 4):
+        asked = replace(imitation, model=replace(imitation.model, settings=replace(none, fewest_replacements=fewest)))
+        with_patience = replacements(asked, 0, doubted.search)
+        new = {fitted.model.hypotheses[-1] for fitted in with_patience}
+        assert 1 <= len(new) <= fewest
+        assert not new & set(chosen)

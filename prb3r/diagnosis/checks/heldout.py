@@ -9,6 +9,9 @@ from prb3r.diagnosis.fit.covariance import Noise
 from prb3r.diagnosis.fit.prediction import Predictor, Solution
 from prb3r.diagnosis.settings import Settings
 
+MUCH_BETTER = 0.8
+"""Share of the error with parts as drawn up to which that with parts as they were made is told beside it.  Choice."""
+
 
 @dataclass(frozen=True)
 class HeldOut:
@@ -37,6 +40,24 @@ class HeldOut:
     known."""
     rmse_made_rad: float | None = None
     """As `rmse_made_m`, of angles and bends."""
+
+    @property
+    def better_as_made(self) -> bool:
+        """Whether positions or angles are predicted much better (:data:`MUCH_BETTER`) with parts as they were made."""
+        pairs = (self.rmse_made_m, self.rmse_explained_m), (self.rmse_made_rad, self.rmse_explained_rad)
+        return any(made is not None and drawn is not None and made < MUCH_BETTER * drawn for made, drawn in pairs)
+
+    def is_worse(self, times: float) -> bool:
+        """Whether the error of positions, or of angles, with effects is more than so many `times` that of constants
+        alone, and as many times the noise."""
+        errors = (
+            (self.rmse_calibrated_m, self.rmse_explained_m, self.noise_m),
+            (self.rmse_calibrated_rad, self.rmse_explained_rad, self.noise_rad),
+        )
+        return any(
+            before is not None and after is not None and noise is not None and after > times * max(before, noise)
+            for before, after, noise in errors
+        )
 
     @property
     def gain(self) -> float:

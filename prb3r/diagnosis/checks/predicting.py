@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from prb3r.diagnosis.checks.unseen import Unseen
+from prb3r.diagnosis.fit.calibrate import constants_as_drawn
 from prb3r.diagnosis.fit.least_squares import polished
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.search.search import Search, examine
@@ -17,8 +18,8 @@ def predicting(choice: Choice, fresh: Unseen | None, search: Search) -> Choice:
     If the chosen model does not predict them, the most probable model that does takes its place.  That one may have no
     more effects than the chosen model: further effects have to be named by the evidence of the fitted sequences alone.
     Otherwise, if the chosen model is a proper part of the most probable one, its place is taken by the smallest part
-    that contains it and is not much less probable by fitted and held-out sequences together.  A model that takes its
-    place is fitted until it converges, as the verdict rests on it.
+    that contains it and is not much less probable by fitted and held-out sequences together, unless that one misleads
+    (:func:`_misleads`).  A model that takes its place is fitted until it converges, as the verdict rests on it.
     """
     if fresh is None:
         return choice
@@ -29,7 +30,17 @@ def predicting(choice: Choice, fresh: Unseen | None, search: Search) -> Choice:
         if other is not None:
             return _with(other, choice, search)
     fuller = _by_all_sequences(choice, fresh)
-    return choice if fuller is choice.fitted else _with(fuller, choice, search)
+    if fuller is choice.fitted or _misleads(fuller, choice, fresh):
+        return choice
+    return _with(fuller, choice, search)
+
+
+def _misleads(fuller: Fit, choice: Choice, fresh: Unseen) -> bool:
+    """Whether a model would be the first to name an effect, and predicts the sequences set aside worse than constants
+    alone do, both with all parts as drawn (`Settings.worse`): parts within their tolerances would make up for it."""
+    if choice.effects:
+        return False
+    return fresh.errors(constants_as_drawn(choice.calibrated), fuller).is_worse(fuller.model.settings.worse)
 
 
 def _with(other: Fit, choice: Choice, search: Search) -> Choice:

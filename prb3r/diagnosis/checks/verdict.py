@@ -70,17 +70,20 @@ def why_unexplained(
     return ""
 
 
-def verdict_on(choice: Choice, unsure: bool) -> str:
+def verdict_on(choice: Choice, unsure: bool, impossible: bool = False) -> str:
     """The verdict on a choice that passes every check: `adequate`, `explained` or `ambiguous`.
+
+    Constants alone are `ambiguous` where one of them is `impossible` and an effect is likelier there than not.
 
     Parameters
     ----------
     unsure : whether another effect, or a blunder of the set-up, explains the recording as well as a chosen effect, a
         number of a chosen effect ends where the search ended or is one that no rig has, or sequences set aside are
         predicted by other models alone.
+    impossible : whether a constant ends as far from its nominal value as is allowed, and that one does not fit.
     """
     if not choice.kinds:
-        return "adequate"
+        return "ambiguous" if impossible and choice.likely else "adequate"
     more = max(choice.likely.values(), default=0.0) > choice.fitted.model.settings.positive_presence
     return "ambiguous" if unsure or more or choice.alternatives or choice.structured else "explained"
 

@@ -82,7 +82,7 @@ def _after_the_setup(diagnosis: Diagnosis) -> str:
     if diagnosis.why:
         return _where_unexplained(diagnosis)
     if diagnosis.verdict == "adequate":
-        return f"Simulate this rig with calibrated.toml; {_where_nothing_is_named(diagnosis)}."
+        return f"{_simulate(diagnosis, 'calibrated.toml')}; {_where_nothing_is_named(diagnosis)}."
     if worse := predicted_worse(diagnosis):
         return (
             f"What is named predicts {worse}: believe it once it predicts another recording better, and take nothing "
@@ -91,7 +91,7 @@ def _after_the_setup(diagnosis: Diagnosis) -> str:
     carried = "prb3r predict takes what was learnt to other designs"
     if diagnosis.verdict == "explained":
         unseen = "" if diagnosis.heldout else " Record three sequences or more to confirm it: none was set aside."
-        return f"Simulate this rig with explained.toml; {carried}.{unseen}"
+        return f"{_simulate(diagnosis, 'explained.toml')}; {carried}.{unseen}"
     weighed = f"{carried} with every set of effects that stands, by its probability"
     programs = files_of(proposed(diagnosis.experiments))
     if telling := [name for name, program in programs.items() if program.resolves]:
@@ -103,12 +103,20 @@ def _after_the_setup(diagnosis: Diagnosis) -> str:
             f"{'it' if len(unnamed) == 1 else 'them'} is sure. Until then {weighed}."
         )
     if not doubtful:
-        return f"Look first at what the notes doubt. Simulate this rig with explained.toml; {weighed}."
+        return f"Look first at what the notes doubt. {_simulate(diagnosis, 'explained.toml')}; {weighed}."
     kinds = in_words(list(dict.fromkeys(effect.kind for effect in doubtful)))
     questions = listed(list(dict.fromkeys(_open_question(effect) for effect in doubtful)))
     return (
         f"Look at the rig itself for {kinds}: no load program that was tried tells {questions}. Until then {weighed}."
     )
+
+
+def _simulate(diagnosis: Diagnosis, file: str) -> str:
+    """How to simulate the recorded rig: with `file`, or, where its parts as the recording tells them predict better
+    than as drawn, by `prb3r predict`."""
+    if diagnosis.heldout is None or not diagnosis.heldout.better_as_made:
+        return f"Simulate this rig with {file}"
+    return f"Predict this rig by prb3r predict, with its parts as the recording tells them ({file} has them as drawn)"
 
 
 def predicted_worse(diagnosis: Diagnosis) -> str:

@@ -109,6 +109,17 @@ def far_constants(fitted: Fit) -> list[str]:
     return remarks
 
 
+def end_on_bounds(fitted: Fit) -> bool:
+    """Whether Young's modulus or friction ends on a bound, and its nominal value does not fit."""
+    model = fitted.model
+    return any(
+        not model.widest[name][0] + AT_BOUND < value < model.widest[name][1] - AT_BOUND
+        and excludes_nominal(fitted, name)
+        for name, value in zip(model.varied, fitted.p, strict=False)
+        if name not in FRAME
+    )
+
+
 def excludes_nominal(fitted: Fit, name: str) -> bool:
     """Whether the 95 % interval of a constant, given by the `name` of its logarithm, excludes its nominal value.
 

@@ -68,7 +68,7 @@ class NamedEffect:
     """Probability that an effect of this kind is there, over all surviving models and places; of several of one kind,
     that as many are (`Choice.probability_of`)."""
     certain: bool
-    """Whether that probability reaches `Settings.certain`."""
+    """Whether that probability reaches `Settings.certain`, of a recording that is explained."""
     delta_bic: float
     """Bayesian information criterion with the effect less that without; negative: better with it."""
     heldout_gain: float | None

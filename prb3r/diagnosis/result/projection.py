@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from prb3r.diagnosis.checks.heldout import HeldOut
+from prb3r.diagnosis.checks.heldout import MUCH_BETTER, HeldOut
 from prb3r.diagnosis.checks.setup.find import Blunder
 from prb3r.diagnosis.result.answer import by_sureness, exchanges, sureness, what_to_do
 from prb3r.diagnosis.result.diagnosis import Diagnosis
@@ -58,9 +58,12 @@ def summary_lines(diagnosis: Diagnosis) -> list[str]:
     lines += _constants_line(diagnosis)
     held = diagnosis.heldout
     for factor, unit, errors in _held_errors(held) if held else ():
-        calibrated, explained, noise = (f"{factor * error:.3g}" for error in errors)
+        calibrated, explained, noise = (f"{factor * error:.3g}" for error in errors[:3])
         where, before = few(held.sequences) if held else "", f"{calibrated} -> " if diagnosis.effects else ""
-        error = f"held out ({where}): error {before}{explained} {unit}, noise {noise} {unit}"
+        parts = ""
+        if (made := errors[3]) is not None and made < MUCH_BETTER * errors[1]:
+            parts = f" with all parts as drawn, {factor * made:.3g} {unit} with parts as the other sequences tell them"
+        error = f"held out ({where}): error {before}{explained} {unit}{parts}, noise {noise} {unit}"
         lines.append(error + (f"; {count(held.lost, 'reading')} not predicted" if held and held.lost else ""))
     lines += [f"note: {remark}" for remark in diagnosis.remarks]
     if held is None:
@@ -103,16 +106,21 @@ def _with_values(rival: RivalEffect) -> str:
     return ", ".join([rival.name, *(f"{name} {value:.3g}" for name, value in rival.parameters.items())])
 
 
-def _held_errors(held: HeldOut) -> Iterator[tuple[float, str, tuple[float, float, float]]]:
+def _held_errors(held: HeldOut) -> Iterator[tuple[float, str, tuple[float, float, float, float | None]]]:
     """For positions and for angles, as far as they were held out: the factor and unit in which they are shown, then the
-    error of the calibrated and of the explained model, and the noise, m or rad."""
-    for factor, unit, errors in (
-        (1e3, "mm", (held.rmse_calibrated_m, held.rmse_explained_m, held.noise_m)),
-        (180 / np.pi, "degrees", (held.rmse_calibrated_rad, held.rmse_explained_rad, held.noise_rad)),
+    error of the calibrated and of the explained model, the noise, and the error with parts as they were made, if this
+    is known, m or rad."""
+    for factor, unit, (calibrated, explained, noise), made in (
+        (1e3, "mm", (held.rmse_calibrated_m, held.rmse_explained_m, held.noise_m), held.rmse_made_m),
+        (
+            180 / np.pi,
+            "degrees",
+            (held.rmse_calibrated_rad, held.rmse_explained_rad, held.noise_rad),
+            held.rmse_made_rad,
+        ),
     ):
-        calibrated, explained, noise = errors
         if calibrated is not None and explained is not None and noise is not None:
-            yield factor, unit, (calibrated, explained, noise)
+            yield factor, unit, (calibrated, explained, noise, made)
 
 
 def as_json(diagnosis: Diagnosis) -> dict[str, Any]:

@@ -205,7 +205,7 @@ def _effect(named: Named, investigation: Investigation) -> NamedEffect:
             for rival in named.rivals
         ),
         probability=probability,
-        certain=probability >= settings.certain,
+        certain=probability >= settings.certain and not named.partial,
         delta_bic=named.delta_bic,
         heldout_gain=named.heldout_gain,
         partial=named.partial,

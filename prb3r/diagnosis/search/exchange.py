@@ -29,8 +29,9 @@ def without_effect(fitted: Fit, number: int, give_up_above: float = np.inf) -> F
 def replacements(chosen: Fit, number: int, search: Search) -> list[Fit]:
     """Full fits of the chosen model with effect `number` replaced by others.
 
-    The others are the most promising ones in the linearised model without the effect: their gain in ln likelihood must
-    be at least `Settings.shortlist_share` of that of the effect.  Of effects beside which the constants are much less
+    The others are the most promising ones in the linearised model without the effect: those whose gain in ln likelihood
+    is at least `Settings.shortlist_share` of that of the effect, but `Settings.fewest_replacements` in any case, as one
+    that refits much else gains far more than that model promises.  Of effects beside which the constants are much less
     certain (:func:`confounded`), for which linearised gains are poor guides, all are fitted that may survive.
     """
     base, settings = without_effect(chosen, number), chosen.model.settings
@@ -43,7 +44,8 @@ def replacements(chosen: Fit, number: int, search: Search) -> list[Fit]:
     def worth(linear: LinearModel, present: frozenset[int]) -> np.ndarray:
         rise = linear.additions(present)
         survives = linear.has_any_of(among) & (rise >= lost - np.log(settings.survival_odds))
-        least = min(settings.shortlist_share * gain, np.sort(rise)[-settings.fewest_replacements])
+        best = np.sort(rise)[-settings.fewest_replacements :]
+        least = min([settings.shortlist_share * gain, *best])
         return np.where((rise >= least) | survives, rise, -np.inf)
 
     return added(base, search, worth, barred=chosen.model.hypotheses[number])

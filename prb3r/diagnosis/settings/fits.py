@@ -7,10 +7,10 @@ from dataclasses import dataclass
 class FitsSettings:
     """How fits and profiles are made."""
 
-    steps_used: int = 240
+    steps_used: int = 180
     """Load steps of a recording that are used at most (:func:`prb3r.recording.thinning.thinned`).  Choice, for time and
     memory."""
-    steps_of_sequence: int = 60
+    steps_of_sequence: int = 45
     """Steps that a sequence keeps even if all have more than `steps_used`.  Choice: enough for loops within loops."""
     most_steps: int = 40
     """Steps of a fit at most.  Choice, for time."""

@@ -35,6 +35,12 @@ def verdict_sentences(diagnosis: Diagnosis) -> str:
         return "Adequate: with its constants refitted, the nominal model leaves nothing that these recordings show."
     if diagnosis.verdict == "explained":
         return f"Explained: {effects}, absent from the nominal model, {account} for the mismatch."
+    if diagnosis.verdict == "ambiguous" and not count:
+        return (
+            "Not explained surely: with its constants refitted the nominal model leaves nothing that these recordings "
+            "show, but a constant ends as far off as is allowed, and an effect that is not named is likelier there "
+            "than not."
+        )
     if diagnosis.verdict == "ambiguous":
         rivalled = diagnosis.alternatives or any(effect.rivals or not effect.certain for effect in diagnosis.effects)
         how = "but not in one way alone" if rivalled else "but with a doubt that the notes tell"
