@@ -18,6 +18,7 @@ from prb3r.model.manipulator import Manipulator, load_manipulator
 from prb3r.model.solve import POSITION_COLUMNS
 from prb3r.model.step_checks import LOAD_COLUMN_FORMS, ignored_slips, is_load_column, let_go_as_drawn, step_problems
 from prb3r.model.steps import load_steps
+from prb3r.recording.at_odds import at_odds
 from prb3r.recording.frozen import frozen
 from prb3r.recording.holds import creeping
 from prb3r.recording.markers import MARKER_COLUMNS, MARKER_KEYS, marker_problems
@@ -172,7 +173,7 @@ def _check_recording(path: Path) -> str:
         f"of disks {ranges(readings.disk)} of {recording.manipulator.plates}; {', '.join(exact)}, "
         f"tensions within {100 * measured.tension_sd_relative:.2g} % (standard deviations)"
     )
-    doubts = [*implausible(recording), *creeping(recording), *frozen(recording)]
+    doubts = [*implausible(recording), *at_odds(recording), *creeping(recording), *frozen(recording)]
     return "\n  ".join([line, *recording.remarks, *_idle_effects(recording.manipulator), *doubts])
 
 

@@ -101,6 +101,13 @@ def without_slips(known, names="1234"):
     return replace(known, steps=steps, loads=loads_of(known.manipulator, known.manipulator.chain(), steps))
 
 
+def axes_exchanged(recording):
+    """The recording with x and y in each other's column."""
+    kind = recording.readings.kind
+    other = np.where(kind == Kind.X, Kind.Y, np.where(kind == Kind.Y, Kind.X, kind))
+    return replace(recording, readings=recording.readings._replace(kind=other))
+
+
 PLANTED = {
     "cables 1 and 4 are exchanged": lambda r: other_steps(
         r,
@@ -117,6 +124,7 @@ PLANTED = {
         slip_2=r.steps["slip_1"],
     ),
     "the pictures are mirrored: the rig was seen from behind": mirrored,
+    "x_m and y_m are exchanged": axes_exchanged,
     "the pictures in sequence counter are mirrored: the rig was seen from behind": lambda r: mirrored(r, ("counter",)),
     "cables 2 and 4 are exchanged from step 3 of sequence in on": lambda r: exchanged_since(r, "in", 3),
     "offset_m of cable 3 has the wrong sign": lambda r: other_cables(r, cable_3={"offset_m": 0.021}),

@@ -232,3 +232,15 @@ def test_one_or_two_plates_that_differ_are_faults_and_stay_behind():
     many = weakened(1, 2, 3)
     assert carried_effects(many, here, here) == (many, ())
     assert carried_constants(plain, here, here, many) == carried_constants(plain, here, here)
+
+
+def test_a_hole_off_its_place_that_may_be_a_load_cell_is_said_with_its_gain_on_the_same_bench():
+    """The moment of a cable that runs a tenth farther out is that of one that is pulled a tenth harder."""
+    here = recorded(Case(hidden=())).manipulator
+    arm = here.chain().offset[0, here.cable_names.index("1")]
+    farther = EFFECT_KINDS["hole_offset"](kind="hole_offset", cable="1", offset_m=0.1 * arm)
+    carried, (said,) = carried_effects([farther], here, other_design(), same_bench=True)
+    assert carried == ()
+    assert 'kind = "load_cell", gain = 1.1 and cables = ["1"]' in said
+    _, (elsewhere,) = carried_effects([farther], here, other_design())
+    assert "load_cell" not in elsewhere

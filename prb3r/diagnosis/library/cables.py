@@ -17,6 +17,9 @@ from prb3r.diagnosis.library.suspect import (
     with_the_same,
 )
 from prb3r.diagnosis.library.totals import drift_of_cables, play_of_cables, zero_of_cables
+from prb3r.model.effects.base import Effect
+from prb3r.model.effects.cables import HoleOffset
+from prb3r.model.manipulator import Manipulator
 
 
 def _zero(scope: Scope, place: Place) -> tuple[Free, ...]:
@@ -109,6 +112,17 @@ def _offset(scope: Scope, place: Place) -> tuple[Free, ...]:
     return (Free("offset_m", 0.0, -0.5 * arm, 0.5 * arm, scale=arm, sd=0.1),)
 
 
+def _offset_or_load_cell(effect: Effect, here: Manipulator, there: Manipulator) -> str:
+    """The transfer of `hole_offset` on the bench of the recording: it stays behind, but a load cell would not."""
+    assert isinstance(effect, HoleOffset)
+    arm = float(np.mean(here.chain().offset[:, here.cable_names.index(effect.cable)]))
+    left = f"hole offset of cable {effect.cable}, which is a fault of one part of this rig"
+    if not arm or effect.cable not in there.cable_names:
+        return left
+    gain = f'kind = "load_cell", gain = {1 + effect.offset_m / arm:.4g} and cables = ["{effect.cable}"]'
+    return f"{left}; if its load cell reads wrong instead, write an [[effect]] with {gain} into this design's file"
+
+
 def _clearance(scope: Scope, place: Place) -> tuple[Free, ...]:
     """Free parameter of `hole_clearance`: up to half of the largest lever arm, prior sd a tenth, as of
     `hole_offset`."""
@@ -189,6 +203,7 @@ CABLE_SUSPECTS = (
             "which looks the same."
         ),
         transfer=OF_A_PART,
+        bench=_offset_or_load_cell,
         places=pulled_cables,
         free=_offset,
     ),

@@ -1,6 +1,7 @@
 """Blunders with what was read: mirrored pictures, disks counted wrongly, angles in degrees."""
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from functools import partial
 from itertools import combinations, pairwise
 
@@ -31,12 +32,20 @@ def _views(recording: Recording, settings: Settings) -> Iterator[Remedy]:
     if set(kinds) >= {Kind.X, Kind.Y}:
         yield _factor("axes", "x_m and y_m point the wrong way", [Kind.X, Kind.Y])
         yield _factor("axes", "x_m points toward the base", [Kind.X])
+        yield Remedy("axes", "x_m and y_m are exchanged", "markers", _axes_exchanged)
     if len(across) > 1:
         for kind in across:
             yield _factor("axes", f"{kind.column} has the wrong sign", [kind])
     for turned, most in ((Kind.ANGLE, settings.most_angle_rad), (Kind.BEND, settings.most_bend_rad)):
         if turned in kinds and np.abs(recording.readings.value[recording.readings.kind == turned]).max() > most:
             yield _factor("degrees", f"{turned.column} is in degrees", [turned], np.pi / 180)
+
+
+def _axes_exchanged(recording: Recording) -> Mended:
+    """A recording whose coordinates along x are those noted along y, and the other way round."""
+    kind = recording.readings.kind
+    other = np.where(kind == Kind.X, Kind.Y, np.where(kind == Kind.Y, Kind.X, kind))
+    return Mended(replace(recording, readings=recording.readings._replace(kind=other)), np.arange(len(kind)))
 
 
 def _factor(
