@@ -27,6 +27,7 @@ from prb3r.model.manipulator import Manipulator
 from prb3r.recording.reading import load_recording
 from prb3r.recording.recording import Recording
 from prb3r.recording.serial_noise import with_serial_noise
+from prb3r.recording.smoothing import with_smooth_tensions
 from prb3r.recording.thinning import thinned
 from prb3r.runs.backends.process_map import process_map
 
@@ -107,7 +108,7 @@ def _read(given: Sequence[Recording | str | Path]) -> list[Recording]:
     settings = Settings()
     read = [place if isinstance(place, Recording) else load_recording(place) for place in given]
     used = settings.steps_used, settings.steps_of_sequence
-    return [thinned(with_serial_noise(recording), *used) for recording in read]
+    return [thinned(with_smooth_tensions(with_serial_noise(recording)), *used) for recording in read]
 
 
 def _refuse_known(others: Sequence[Recording], diagnosed: Sequence[Recording]) -> None:

@@ -71,13 +71,13 @@ def _deviance(left: list[np.ndarray], beside: np.ndarray, share: float, span: fl
 
 def _series(recording: Recording) -> Iterator[list[np.ndarray]]:
     """The stretches (STEPS,) of the readings of every disk and kind in every sequence that do not overlap, m or rad."""
+    step, disk, kind, value = recording.readings
     loads = recording.loads
     every = np.concatenate([loads.tension, loads.force.reshape(loads.steps, -1), loads.tip], 1)
-    every = every / max(float(np.abs(every).max(initial=0.0)), 1e-300)
-    step, disk, kind, value = recording.readings
+    largest = float(np.abs(every).max(initial=0.0))
     for number in range(len(recording.sequences)):
         rows = np.flatnonzero(recording.of_sequence == number)
-        begins = _steady(every[rows])
+        begins = steady_stretches(every[rows], largest)
         of_sequence = recording.of_sequence[step] == number
         for at in np.unique(np.stack([disk, kind])[:, of_sequence], axis=1).T if begins.any() else ():
             mine = of_sequence & (disk == at[0]) & (kind == at[1])
@@ -92,13 +92,13 @@ def _series(recording: Recording) -> Iterator[list[np.ndarray]]:
             yield found
 
 
-def _steady(loads: np.ndarray) -> np.ndarray:
-    """(s,) whether a stretch that begins with a step has loads, `loads` (s, l) over the largest, that change little and
-    steadily."""
+def steady_stretches(loads: np.ndarray, largest: float) -> np.ndarray:
+    """(s,) whether the stretch of `STEPS` that begins with a step has `loads` (s, l), N, that change little and
+    steadily in comparison with the `largest` load, N."""
     steady = np.zeros(len(loads), bool)
-    if len(loads) < STEPS:
+    if len(loads) < STEPS or largest <= 0:
         return steady
-    stretches = np.lib.stride_tricks.sliding_window_view(loads, STEPS, axis=0)
+    stretches = np.lib.stride_tricks.sliding_window_view(loads / largest, STEPS, axis=0)
     at = np.linspace(-1, 1, STEPS)
     beside = np.linalg.qr(np.stack([at**0, at], 1), mode="complete")[0][:, 2:]
     change = np.abs(np.diff(stretches, axis=2)).max((1, 2), initial=0.0)

@@ -1,0 +1,68 @@
+"""Tensions of a log without the noise of their readings.
+
+A load cell that is read many times a second scatters about the tension.  Friction and play that follow the path of the
+loads would take every such scatter for a turn back, and an effect that holds a tension within a band, as play in the
+load cell does, would be found on rigs that have none.  Where tensions change steadily, each is taken from a parabola
+through its neighbours.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from prb3r.model.steps import loads_of
+from prb3r.recording.recording import Recording
+from prb3r.recording.serial_noise import STEPS, steady_stretches
+
+MOST_SCATTER = 2.0
+"""Root mean square of what parabolas leave of a stretch, in stated standard deviations, up to which it is noise: more
+are changes of the tension.  Choice."""
+
+
+def with_smooth_tensions(recording: Recording) -> Recording:
+    """The recording with the tensions of steady stretches from parabolas; as it is where no scatter is stated.
+
+    A stretch is steady if the tension goes along a straight line (:func:`steady_stretches`), and it is smoothed if what
+    the parabola leaves is no more than the stated scatter.  The first and last steps of a sequence stay as they are.
+    """
+    scatter = recording.measurement.tension_sd_relative
+    if not scatter:
+        return recording
+    names = [f"cable_{name}_n" for name in recording.manipulator.cable_names]
+    steps, changed, largest = recording.steps.copy(), False, float(recording.loads.tension.max(initial=0.0))
+    for number in range(len(recording.sequences)):
+        rows = np.flatnonzero(recording.of_sequence == number)
+        for name in (name for name in names if name in steps):
+            read = recording.steps[name].to_numpy(float)[rows]
+            begins = np.flatnonzero(steady_stretches(read[:, None], largest))
+            smooth = _smoothed(read, begins, scatter)
+            changed |= not np.array_equal(smooth, read, equal_nan=True)
+            steps.loc[rows, name] = smooth
+    if not changed:
+        return recording
+    manipulator = recording.manipulator
+    smooth = replace(recording, steps=steps, loads=loads_of(manipulator, manipulator.chain(), steps))
+    return smooth.with_remark(
+        "tensions that change steadily are taken from parabolas through ten steps each, as the load cell scatters from "
+        "one to the next"
+    )
+
+
+def _smoothed(read: np.ndarray, begins: np.ndarray, scatter: float) -> np.ndarray:
+    """(s,) the tensions `read` (s,), N, each from the parabola of the stretch of which it is the middle.
+
+    Parameters
+    ----------
+    begins : first steps of steady stretches.
+    scatter : stated standard deviation, over the tension.
+    """
+    out, at = read.copy(), np.arange(STEPS) - STEPS // 2
+    onto = np.linalg.pinv(np.stack([at**0, at, at**2], 1))
+    for first in begins.tolist():
+        stretch = read[first : first + STEPS]
+        curve = onto @ stretch
+        left = stretch - curve @ np.stack([at**0, at, at**2])
+        size = np.sqrt(np.sum(left**2) / (STEPS - 3))
+        if np.isfinite(size) and size <= MOST_SCATTER * scatter * np.abs(stretch).mean():
+            out[first + STEPS // 2] = max(curve[0], 0.0)
+    return out
