@@ -10,6 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from prb3r.model.files.cells import numbers
 from prb3r.model.steps import loads_of
 from prb3r.recording.recording import Recording
 from prb3r.recording.serial_noise import STEPS, steady_stretches
@@ -28,41 +29,41 @@ def with_smooth_tensions(recording: Recording) -> Recording:
     scatter = recording.measurement.tension_sd_relative
     if not scatter:
         return recording
-    names = [f"cable_{name}_n" for name in recording.manipulator.cable_names]
-    steps, changed, largest = recording.steps.copy(), False, float(recording.loads.tension.max(initial=0.0))
-    for number in range(len(recording.sequences)):
-        rows = np.flatnonzero(recording.of_sequence == number)
-        for name in (name for name in names if name in steps):
-            read = recording.steps[name].to_numpy(float)[rows]
-            begins = np.flatnonzero(steady_stretches(read[:, None], largest))
-            smooth = _smoothed(read, begins, scatter)
-            changed |= not np.array_equal(smooth, read, equal_nan=True)
-            steps.loc[rows, name] = smooth
-    if not changed:
+    largest, smooth = float(recording.loads.tension.max(initial=0.0)), dict[str, np.ndarray]()
+    for name in (f"cable_{name}_n" for name in recording.manipulator.cable_names):
+        if name not in recording.steps:
+            continue
+        read = numbers(recording.steps[name]).to_numpy(float)
+        parts = [read[recording.of_sequence == number] for number in range(len(recording.sequences))]
+        through = np.concatenate([_smoothed(part, largest, scatter) for part in parts])
+        if not np.array_equal(through, read, equal_nan=True):
+            smooth[name] = through
+    if not smooth:
         return recording
-    manipulator = recording.manipulator
-    smooth = replace(recording, steps=steps, loads=loads_of(manipulator, manipulator.chain(), steps))
-    return smooth.with_remark(
+    steps, manipulator = recording.steps.assign(**smooth), recording.manipulator
+    changed = replace(recording, steps=steps, loads=loads_of(manipulator, manipulator.chain(), steps))
+    return changed.with_remark(
         "tensions that change steadily are taken from parabolas through ten steps each, as the load cell scatters from "
         "one to the next"
     )
 
 
-def _smoothed(read: np.ndarray, begins: np.ndarray, scatter: float) -> np.ndarray:
-    """(s,) the tensions `read` (s,), N, each from the parabola of the stretch of which it is the middle.
+def _smoothed(read: np.ndarray, largest: float, scatter: float) -> np.ndarray:
+    """(s,) the tensions `read` (s,) of a sequence, N, each from the parabola of the stretch of which it is the middle.
 
     Parameters
     ----------
-    begins : first steps of steady stretches.
+    largest : tension of the recording, N.
     scatter : stated standard deviation, over the tension.
     """
     out, at = read.copy(), np.arange(STEPS) - STEPS // 2
-    onto = np.linalg.pinv(np.stack([at**0, at, at**2], 1))
-    for first in begins.tolist():
+    powers = np.stack([at**0, at, at**2])
+    onto = np.linalg.pinv(powers.T)
+    for first in np.flatnonzero(steady_stretches(read[:, None], largest)).tolist():
         stretch = read[first : first + STEPS]
         curve = onto @ stretch
-        left = stretch - curve @ np.stack([at**0, at, at**2])
-        size = np.sqrt(np.sum(left**2) / (STEPS - 3))
-        if np.isfinite(size) and size <= MOST_SCATTER * scatter * np.abs(stretch).mean():
+        left = stretch - curve @ powers
+        size = np.sqrt(np.sum(left**2) / (STEPS - len(powers)))
+        if size <= MOST_SCATTER * scatter * np.abs(stretch).mean():
             out[first + STEPS // 2] = max(curve[0], 0.0)
     return out
