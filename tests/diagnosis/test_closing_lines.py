@@ -65,3 +65,28 @@ def test_smooth_moments_that_chance_does_not_leave_are_unexplained_and_said():
     assert why_unexplained(found.choice, (), (), ()) == ""
     assert why_unexplained(smooth.choice, (), (), ()).startswith("a real mismatch remains")
     assert mismatch_of(smooth).statement.startswith("What is left after the best explanation changes smoothly")
+
+
+def test_errors_with_parts_as_told_stand_beside_those_as_drawn_where_they_are_much_smaller():
+    found = diagnosed()
+    drawn = found.heldout.rmse_explained_m
+    near = replace(found, heldout=replace(found.heldout, rmse_made_m=0.95 * drawn, rmse_made_rad=None))
+    far = replace(found, heldout=replace(found.heldout, rmse_made_m=0.5 * drawn, rmse_made_rad=None))
+    lines = {
+        each: [line for line in summary_lines(each) if line.startswith(("held out", "next"))] for each in (near, far)
+    }
+    assert not any("as drawn" in line or "prb3r predict, with its parts" in line for line in lines[near])
+    told = f"{1e3 * drawn:.3g} mm with all parts as drawn, {500 * drawn:.3g} mm with parts as the other sequences"
+    assert told in lines[far][0]
+    assert "Predict this rig by prb3r predict, with its parts as the recording tells them" in lines[far][-1]
+
+
+def test_what_is_named_in_part_is_never_certain():
+    """Of an unexplained recording no probability of a model says that the model is right."""
+    case = Case(
+        hidden=(tuple({"kind": "weakened_plate", "plate": 4, "factor": 0.7}.items()),),
+        without=frozenset({"weakened_plate"}),
+    )
+    found = diagnosed(case)
+    assert found.why
+    assert not any(effect.certain for effect in found.effects if effect.partial)

@@ -1,11 +1,16 @@
 """Effects that predict what no fit has seen worse than constants alone do."""
 
 from dataclasses import replace
+from types import SimpleNamespace
+
+import pytest
 
 from prb3r.diagnosis.check import check
+from prb3r.diagnosis.checks import predicting as predicting_module
 from prb3r.diagnosis.checks.heldout import HeldOut
-from prb3r.diagnosis.checks.unseen import Unseen
-from prb3r.diagnosis.checks.verdict import why_misleading
+from prb3r.diagnosis.checks.predicting import predicting
+from prb3r.diagnosis.checks.unseen import Unseen, unseen
+from prb3r.diagnosis.checks.verdict import verdict_on, why_misleading
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.known import Task
 from prb3r.diagnosis.search.apply import serially
@@ -38,3 +43,45 @@ def test_of_errors_those_of_positions_count_before_those_of_angles():
     turned = why_misleading(replace(errors, rmse_calibrated_m=None, rmse_explained_m=None), Settings())
     assert "to 2.86 degrees, and constants alone do to 0.573;" in turned
     assert why_misleading(None, Settings()) == ""
+
+
+def test_an_error_counts_as_worse_only_beyond_that_of_constants_and_noise():
+    errors = HeldOut(("a",), 1e-3, 1.1e-3, 2e-3, 0.01, 0.011, 1e-3, 1.0, 1.0, 10)
+    assert not errors.is_worse(1.2)
+    assert not replace(errors, rmse_explained_m=2.3e-3).is_worse(1.2)  # noise of 2 mm
+    assert replace(errors, rmse_explained_m=2.5e-3).is_worse(1.2)
+    assert replace(errors, rmse_explained_rad=0.0121).is_worse(1.2)
+    assert not replace(errors, rmse_explained_rad=None).is_worse(1.2)
+    assert not errors.better_as_made
+    assert replace(errors, rmse_made_m=0.8e-3).better_as_made
+    assert not replace(errors, rmse_made_m=1.0e-3).better_as_made
+    assert replace(errors, rmse_made_rad=0.005).better_as_made
+
+
+@pytest.mark.parametrize(
+    ("kinds", "likely", "impossible", "verdict"),
+    [
+        ((), {}, True, "adequate"),
+        ((), {"tip_load_friction": 0.7}, False, "adequate"),
+        ((), {"tip_load_friction": 0.7}, True, "ambiguous"),
+    ],
+)
+def test_constants_on_a_bound_are_not_adequate_beside_an_effect_that_is_likely(kinds, likely, impossible, verdict):
+    choice = SimpleNamespace(kinds=kinds, likely=likely)
+    assert verdict_on(choice, unsure=False, impossible=impossible) == verdict
+
+
+def test_what_was_set_aside_names_nothing_that_predicts_it_worse_than_constants(monkeypatch):
+    """A fuller model that the readings set aside favour is taken, unless it would be the first to name an effect and is
+    farther off with all parts as drawn."""
+    searched = to_search(Task(recorded()), lambda stage: None, serially)
+    choice, search = searched.choice, searched.tested.doubted.search
+    alone = replace(choice, fitted=choice.calibrated)
+    fuller = choice.fitted
+    monkeypatch.setattr(predicting_module, "_by_all_sequences", lambda *_: fuller)
+    fresh = unseen(searched.tested.doubted.recording, searched.tested.doubted.aside, Settings(), choice.doubts)
+    monkeypatch.setattr(Unseen, "refutes", lambda *_: False)
+    for worse, expected in ((False, fuller.model.hypotheses), (True, ())):
+        monkeypatch.setattr(HeldOut, "is_worse", lambda self, times, worse=worse: worse)
+        assert predicting(alone, fresh, search).fitted.model.hypotheses == expected
+        assert predicting(replace(choice, fitted=fuller), fresh, search).fitted is fuller
