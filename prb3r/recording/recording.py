@@ -203,6 +203,12 @@ class Recording:
         return np.concatenate([[True], np.diff(self.of_sequence) != 0])
 
     @cached_property
+    def every_load(self) -> np.ndarray:
+        """(s, l) all loads of every step side by side, N: tensions, forces on disks and tip."""
+        loads = self.loads
+        return np.concatenate([loads.tension, loads.force.reshape(loads.steps, -1), loads.tip], axis=1)
+
+    @cached_property
     def row_as_read(self) -> np.ndarray:
         """(s,) row that each step had in the table as read."""
         return np.arange(len(self.steps)) if self.as_read is None else self.as_read

@@ -24,7 +24,8 @@ def with_smooth_tensions(recording: Recording) -> Recording:
     """The recording with the tensions of steady stretches from parabolas; as it is where no scatter is stated.
 
     A stretch is steady if the tension goes along a straight line (:func:`steady_stretches`), and it is smoothed if what
-    the parabola leaves is no more than the stated scatter.  The first and last steps of a sequence stay as they are.
+    the parabola leaves is no more than the stated scatter.  The first and last steps of a sequence stay as they are,
+    and so do tensions in kilograms, which no drive logs.
     """
     scatter = recording.measurement.tension_sd_relative
     if not scatter:

@@ -23,11 +23,11 @@ def thinned(recording: Recording, most: int, fewest: int) -> Recording:
     steps = len(recording.steps)
     if steps <= most:
         return recording
-    kept = []
+    kept, path = [], path_of(recording)
     for number in range(len(recording.sequences)):
         rows = np.flatnonzero(recording.of_sequence == number)
         share = max(fewest, len(rows) * most // steps)
-        kept.append(rows[steps_of_path(path_of(recording)[rows], share)])
+        kept.append(rows[steps_of_path(path[rows], share)])
     rows = np.concatenate(kept)
     if len(rows) == steps:
         return recording
@@ -41,10 +41,8 @@ def thinned(recording: Recording, most: int, fewest: int) -> Recording:
 def path_of(recording: Recording) -> np.ndarray:
     """(s, l) loads of every step that change at all, each over its largest change: tensions, forces on disks and
     tip."""
-    loads = recording.loads
-    columns = np.concatenate([loads.tension, loads.force.reshape(loads.steps, -1), loads.tip], 1)
-    spread = np.ptp(columns, axis=0)
-    return columns[:, spread > 0] / spread[spread > 0]
+    spread = np.ptp(recording.every_load, axis=0)
+    return recording.every_load[:, spread > 0] / spread[spread > 0]
 
 
 def steps_of_path(path: np.ndarray, most: int) -> np.ndarray:

@@ -31,11 +31,9 @@ def matches(recording: Recording, settings: Settings) -> Iterator[tuple[int, Mat
 
     A pair counts if its loads differ by no more than `Settings.same_loads` as far as both sequences go.
     """
-    loads = recording.loads
-    every = np.concatenate([loads.tension, loads.tip, loads.force.reshape(loads.steps, -1)], axis=1)
     rows = [np.flatnonzero(recording.of_sequence == k) for k in range(len(recording.sequences))]
     for pair, (first, second) in enumerate(combinations(rows, 2)):
-        yield from ((pair, match) for match in _on_path(every, first, second, settings))
+        yield from ((pair, match) for match in _on_path(recording.every_load, first, second, settings))
 
 
 def _on_path(loads: np.ndarray, first: np.ndarray, second: np.ndarray, settings: Settings) -> list[Match]:
