@@ -82,11 +82,12 @@ def _gravity_sentence(fitted: Occurrence) -> str:
 
 
 def _self_weight(scope: Scope, place: Place) -> tuple[Free, ...]:
-    """Free parameters of `self_weight`, of the size of `tip_force`, since cables can hold the arm, and at most the
-    weight of a round bar of steel that reaches to the outermost cable; prior sd 0.3 times the lesser of both."""
+    """Free parameters of `self_weight`: along either axis up to the weight of a round bar of steel that reaches to the
+    outermost cable; prior sd half of what the largest tension at the largest offset holds of an arm that lies, whose
+    weight acts at half its length, since arms that cables hardly hold are not built; at most that bar."""
     bar = STEEL_N_PER_M3 * np.pi * scope.arm**2 * scope.chain.length
     size = min(scope.moment / scope.chain.length, bar)
-    both = (Free(f"{axis}_n", 0.0, -bar, bar, scale=size, sd=0.3) for axis in "xy")
+    both = (Free(f"{axis}_n", 0.0, -bar, bar, scale=size, sd=1.0) for axis in "xy")
     return tuple(free for free in both if free.name not in place)
 
 
@@ -99,9 +100,11 @@ def _self_weight_sentence(fitted: Occurrence) -> str:
 
 def _force(scope: Scope, place: Place) -> tuple[Free, ...]:
     """Free parameters of `tip_force`: along either axis up to five times the force whose moment about the base is that
-    of the largest tension at the largest offset; prior sd 0.3 times that force."""
+    of the largest tension at the largest offset; prior sd 0.3 times that force across the arm, and that force along
+    it, as what hangs from an arm bends it little."""
     size = scope.moment / scope.chain.length
-    both = (Free(f"{axis}_n", 0.0, -5 * size, 5 * size, scale=size, sd=0.3) for axis in "xy")
+    prior = {"x": 1.0, "y": 0.3}
+    both = (Free(f"{axis}_n", 0.0, -5 * size, 5 * size, scale=size, sd=sd) for axis, sd in prior.items())
     return tuple(free for free in both if free.name not in place)
 
 

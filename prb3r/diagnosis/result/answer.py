@@ -42,9 +42,12 @@ def by_sureness(diagnosis: Diagnosis) -> tuple[NamedEffect, ...]:
 
 
 def sureness(effect: NamedEffect) -> str:
-    """How sure it is that an effect of this kind is there: `in part`, `certain`, or the probability."""
+    """How sure it is that an effect of this kind is there: `in part`, `in doubt` where a number of it ends on a bound,
+    `certain`, or the probability."""
     if effect.partial:
         return "in part"
+    if effect.on_bound:
+        return "in doubt"
     return "certain" if effect.certain else f"{100 * effect.probability:.0f} %"
 
 
@@ -61,12 +64,19 @@ def exchanges(diagnosis: Diagnosis) -> Iterator[Exchange]:
 def likely_unnamed(diagnosis: Diagnosis) -> list[str]:
     """Kinds of effects that are likelier there than not, over all sets of effects that stand, but are not named; the
     most probable first."""
+    return _unnamed(diagnosis, 1 / 2)
+
+
+def _unnamed(diagnosis: Diagnosis, least: float) -> list[str]:
+    """Kinds of effects that are there with a probability above `least`, over all sets of effects that stand, but are
+    not named; the most probable first."""
     named, models = {effect.kind for effect in diagnosis.effects}, diagnosis.posterior.models
     share = {
         kind: sum(model.probability for model in models if any(effect.kind == kind for effect in model.effects))
         for kind in dict.fromkeys(effect.kind for model in models for effect in model.effects)
     }
-    return sorted((kind for kind, p in share.items() if kind not in named and p > 1 / 2), key=lambda kind: -share[kind])
+    likely = (kind for kind, p in share.items() if kind not in named and p > least)
+    return sorted(likely, key=lambda kind: -share[kind])
 
 
 def what_to_do(diagnosis: Diagnosis) -> str:
@@ -101,6 +111,11 @@ def _after_the_setup(diagnosis: Diagnosis) -> str:
         return (
             f"Look at the rig itself for {in_words(unnamed)}, likelier there than not, though no set of effects with "
             f"{'it' if len(unnamed) == 1 else 'them'} is sure. Until then {weighed}."
+        )
+    if not diagnosis.effects and (possible := _unnamed(diagnosis, Settings(**diagnosis.settings).told_presence)):
+        return (
+            f"Look at the rig itself for {in_words(possible)}: some effect is likelier there than none, though which "
+            f"these recordings do not tell. Until then {weighed}."
         )
     if not doubtful:
         return f"Look first at what the notes doubt. {_simulate(diagnosis, 'explained.toml')}; {weighed}."

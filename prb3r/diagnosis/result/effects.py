@@ -68,7 +68,8 @@ class NamedEffect:
     """Probability that an effect of this kind is there, over all surviving models and places; of several of one kind,
     that as many are (`Choice.probability_of`)."""
     certain: bool
-    """Whether that probability reaches `Settings.certain`, of a recording that is explained."""
+    """Whether that probability reaches `Settings.certain`, of a recording that is explained, and no parameter ends on a
+    bound of the search."""
     delta_bic: float
     """Bayesian information criterion with the effect less that without; negative: better with it."""
     heldout_gain: float | None
@@ -78,6 +79,8 @@ class NamedEffect:
     """Whether the effect helps without the model explaining all."""
     without: FittedModel | None = field(repr=False)
     """The chosen model without the effect, refitted; None if the fit fails."""
+    on_bound: bool = False
+    """Whether one of its parameters ends on a bound of the search, so that something else may be at work."""
 
 
 @dataclass(frozen=True)

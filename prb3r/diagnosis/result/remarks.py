@@ -185,7 +185,19 @@ def likely_too(choice: Choice) -> list[str]:
         else:
             so = "likely there too" if choice.kinds else "likelier there than not"
             remarks.append(f"{name} is {so} {told}, though not sure enough to be named")
-    return remarks
+    return remarks or some_effect(choice)
+
+
+def some_effect(choice: Choice) -> list[str]:
+    """A remark that some effect is likely there, where none is named and none is likelier there than not."""
+    settings = choice.fitted.model.settings
+    if choice.kinds or choice.structured or choice.of_any <= settings.positive_presence:
+        return []
+    shares = sorted(choice.presence.items(), key=lambda pair: -pair[1])
+    told = [f"{kind.replace('_', ' ')} ({100 * p:.0f} %)" for kind, p in shares if p >= settings.told_presence]
+    by = f", as {listed(told)} are possible" if told else ""
+    likely = f"some effect is likely there (probability {choice.of_any:.2f})"
+    return [f"{likely}{by}, though none is sure enough to be named"]
 
 
 def not_ruled_out(choice: Choice) -> list[str]:

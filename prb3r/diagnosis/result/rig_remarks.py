@@ -3,7 +3,8 @@
 Each function returns sentences, and none where there is nothing to remark.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from prb3r.diagnosis.evidence.noise_level import EstimatedLevel
 from prb3r.diagnosis.evidence.outliers import Doubts, NotedWeight
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.fit.tolerance import IN_RAD, EstimatedTolerances, without_unit
+from prb3r.diagnosis.library.hypothesis import Free, Hypothesis
 from prb3r.diagnosis.settings import Settings
 from prb3r.model.effects.base import Effect
 from prb3r.model.effects.plates import DiskContact
@@ -82,21 +84,34 @@ def below_stated(share: float) -> list[str]:
     ]
 
 
-def at_bounds(fitted: Fit) -> list[str]:
-    """Parameters of effects that end on a bound of the search, where the effect is still there."""
-    remarks, (low, high) = [], fitted.model.bounds(fitted.p)
-    friction = fitted.model.friction(fitted.p)
+class Ending(NamedTuple):
+    """A parameter of an effect that ends on a bound of the search, where the effect is still there."""
+
+    hypothesis: Hypothesis
+    free: Free
+    value: float
+    above: bool
+    """Whether it ends on the upper bound."""
+
+
+def endings(fitted: Fit) -> Iterator[Ending]:
+    """The parameters of effects that end on a bound of the search."""
+    (low, high), friction = fitted.model.bounds(fitted.p), fitted.model.friction(fitted.p)
     for hypothesis, span in zip(fitted.model.hypotheses, fitted.model.spans, strict=True):
         for number, free in enumerate(hypothesis.free, span.start):
             below = fitted.p[number] < low[number] + AT_BOUND and free.low != free.null and not free.limit
             above = fitted.p[number] > high[number] - AT_BOUND and free.high != free.null
             if below or above:
-                way = "larger" if above else "smaller"
-                remarks.append(
-                    f"{free.name} of {hypothesis.name} ends at {free.value(fitted.p[number], friction):.3g}, as far as "
-                    f"was sought: it may be {way}, or something else is wrong"
-                )
-    return remarks
+                yield Ending(hypothesis, free, free.value(fitted.p[number], friction), bool(above))
+
+
+def at_bounds(fitted: Fit) -> list[str]:
+    """A remark on every parameter of an effect that ends on a bound of the search."""
+    return [
+        f"{end.free.name} of {end.hypothesis.name} ends at {end.value:.3g}, as far as was sought: it may be "
+        f"{'larger' if end.above else 'smaller'}, or something else is wrong"
+        for end in endings(fitted)
+    ]
 
 
 def rims(fitted: Fit) -> list[tuple[DiskContact, float]]:

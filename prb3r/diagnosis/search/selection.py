@@ -146,6 +146,11 @@ class Choice:
         return kinds | {name: p for name, p in elsewhere.items() if p > 0.5}
 
     @property
+    def of_any(self) -> float:
+        """Probability that any effect is present."""
+        return sum(survivor.probability for survivor in self.survivors if survivor.effects)
+
+    @property
     def alternatives(self) -> tuple[frozenset[str], ...]:
         """Sets of kinds of surviving models that lack a chosen kind, the most probable first.
 
