@@ -12,7 +12,7 @@ from prb3r.diagnosis.checks.tolerated import tolerances_told
 from prb3r.diagnosis.checks.unseen import JudgedSequence, Unseen, unseen
 from prb3r.diagnosis.checks.verdict import empirical_law, verdict_on, why_doubtful, why_misleading, why_unexplained
 from prb3r.diagnosis.evidence.stated_accuracy import share_of_stated
-from prb3r.diagnosis.fit.calibrate import as_drawn, constants_as_drawn
+from prb3r.diagnosis.fit.calibrate import as_drawn, constants_as_drawn, constants_as_filed
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.fit.tolerance import EstimatedTolerances
 from prb3r.diagnosis.known import Doubted, Searched
@@ -28,6 +28,7 @@ from prb3r.diagnosis.result.named import intervals_of, is_felt, named_effect, se
 from prb3r.diagnosis.result.remarks import (
     against_the_best,
     as_many_as_sought,
+    as_the_file_has_it,
     chosen_by,
     found_before,
     likely_too,
@@ -84,6 +85,7 @@ def check(searched: Searched, blunder: Blunder | None = None) -> Investigation:
         named_effect(compared, k, doubted.search, fresh, reported, intervals, partial=bool(why)) for k in effects
     )
     law, gain = empirical_law(fresh, calibrated, choice.fitted, doubted.task.seed) if why else (None, None)
+    filed = better_as_filed(choice.calibrated, refitted or reported, fresh) if why and fresh else None
     missed = predicted_by_others(choice, fresh, failed)
     odd = bool(at_bounds(choice.fitted) or missed) or impossible_rims(choice.fitted)
     unsure = odd or blunder is not None or any(effect.rivals for effect in named)
@@ -98,6 +100,7 @@ def check(searched: Searched, blunder: Blunder | None = None) -> Investigation:
         fresh=fresh,
         calibrated=calibrated,
         refitted=refitted or reported,
+        filed=filed,
         reported=reported,
         before=tested.scores,
         choice=choice,
@@ -124,6 +127,7 @@ def check(searched: Searched, blunder: Blunder | None = None) -> Investigation:
             *_on_the_noise(choice, doubted, fresh),
             *(off_as_drawn(fresh, choice.fitted, reported) if not failed else ()),
             *missed,
+            *(as_the_file_has_it(fresh, refitted or reported, filed) if fresh and filed else ()),
             *_on_what_was_set_aside(choice, before, fresh, failed, refuted),
         ),
     )
@@ -172,6 +176,14 @@ def _set_aside(doubted: Doubted, choice: Choice) -> Unseen | None:
         return None
     likely = [survivor for survivor in choice.survivors if survivor.probability >= doubted.task.settings.alike_rate]
     return fresh.doubting(choice.fitted, [s.fitted for s in likely if s.effects != choice.effects])
+
+
+def better_as_filed(calibrated: Fit, refitted: Fit, fresh: Unseen) -> Fit | None:
+    """The constants of the manipulator file, if they remove `Settings.carried_gain` of what `refitted` ones leave of
+    the sequences set aside; else None."""
+    filed = constants_as_filed(calibrated)
+    settings = calibrated.model.settings
+    return filed if filed and fresh.errors(refitted, filed).gain > settings.carried_gain else None
 
 
 def _errors(fresh: Unseen, fitted: Fit, calibrated: Fit, reported: Fit) -> HeldOut:

@@ -6,7 +6,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from diagnosis.simulated import Case, diagnosed, recorded
+from diagnosis.simulated import Case, diagnosed, investigated, recorded
 
 from prb3r.diagnosis import check
 from prb3r.diagnosis.fit.calibrate import fit_constants
@@ -14,8 +14,11 @@ from prb3r.diagnosis.fit.least_squares import fit
 from prb3r.diagnosis.fit.prediction import predictor
 from prb3r.diagnosis.library import hypotheses
 from prb3r.diagnosis.library.scope import Scope
+from prb3r.diagnosis.result import tell as telling
+from prb3r.diagnosis.result.answer import sureness
 from prb3r.diagnosis.result.projection import as_json, summary_lines
-from prb3r.diagnosis.result.rig_remarks import at_bounds
+from prb3r.diagnosis.result.rig_remarks import Ending, at_bounds, endings
+from prb3r.diagnosis.result.tell import tell
 from prb3r.diagnosis.run import diagnosis_of
 from prb3r.model.manipulator import Manipulator
 from prb3r.present.diagnosis.sentences import bias_of_calibration
@@ -67,6 +70,8 @@ def test_a_size_that_ends_on_a_bound_of_the_search_is_told():
     offset = next(each for each in library if each.name == "hole_offset (cable 1)")
     found = fit(calibrated.model.adding(offset), np.append(calibrated.p, 0.0))
     (said,) = at_bounds(found)
+    (end,) = endings(found)
+    assert (end.hypothesis, end.above) == (offset, True)
     assert said.startswith("offset_m of hole_offset (cable 1) ends at 0.0127, as far as was sought: it may be larger")
     inside = fit(calibrated.model.adding(offset), np.append(calibrated.p, 0.1), fixed=(len(calibrated.p),))
     assert at_bounds(inside) == []
@@ -80,3 +85,16 @@ def test_nothing_is_explained_by_a_number_that_ends_where_the_search_ended(monke
         with monkeypatch.context() as patched:
             patched.setattr(check, name, lambda fitted, says=says: says)
             assert diagnosis_of(recorded(Case())).verdict == "ambiguous"
+
+
+def test_no_effect_is_certain_with_a_number_that_ends_where_the_search_ended(monkeypatch):
+    """Of one and the same investigation."""
+    found = investigated(Case())
+    (sure,) = tell(found).effects
+    (hypothesis,) = found.explained.model.hypotheses
+    end = Ending(hypothesis, hypothesis.free[0], 0.05, above=False)
+    monkeypatch.setattr(telling, "endings", lambda fitted: [end])
+    (doubted,) = tell(found).effects
+    assert (sure.certain, doubted.certain) == (True, False)
+    assert (sureness(sure), sureness(doubted)) == ("certain", "in doubt")
+    assert doubted.probability == sure.probability

@@ -10,7 +10,11 @@ from diagnosis.learnt import STEPS
 from diagnosis.simulated import UNEXPLAINED, Case, E, diagnosed, investigated, manipulator
 
 from prb3r import predict, solve
+from prb3r.diagnosis.check import better_as_filed
 from prb3r.diagnosis.confidence import NORMAL_REACH
+from prb3r.diagnosis.fit.calibrate import constants_as_filed
+from prb3r.diagnosis.fit.constants import Constants
+from prb3r.diagnosis.result.remarks import as_the_file_has_it
 from prb3r.diagnosis.result.unexplained import best_elsewhere, best_of_rig
 from prb3r.model.effects.plates import SegmentStiffness
 from prb3r.model.manipulator import Manipulator
@@ -108,11 +112,35 @@ def test_effects_of_an_unexplained_recording_carry_over_only_if_they_remove_most
         fitted = SimpleNamespace(constants=right._replace(log_stiffness=right.log_stiffness + log), effects=())
         return SimpleNamespace(**vars(fitted), model=found.reported.model)
 
-    alone, rest = off(0.2), {"recording": found.recording, "fresh": None}
+    alone, rest = off(0.2), {"recording": found.recording, "fresh": None, "filed": None}
     for log, better, enough in ((0.1, True, True), (0.18, True, False), (0.3, False, False)):
         held = SimpleNamespace(reported=off(log), refitted=alone, **rest)
         assert (best_of_rig(held)[0] is held.reported) == better
         assert (best_elsewhere(held, True)[0] is held.reported) == enough
+
+
+def test_constants_of_the_file_are_taken_where_they_predict_what_was_set_aside_better():
+    """The rig of 1.05 times the nominal modulus beside a fit that was led astray, and beside the right one."""
+    found = investigated(Case(hidden=()))
+    right, fresh = found.reported, found.fresh
+    model = right.model
+    astray = np.where(np.array(model.varied) == "log_stiffness", 0.4, right.p)
+    solved = model.solve(astray)
+    astray = model.fitted(astray, model.residuals(astray, solved), right.jacobian, solved, True)
+    filed = constants_as_filed(found.choice.calibrated)
+    nominal = Constants(rotation=filed.constants.rotation, x=filed.constants.x, y=filed.constants.y)
+    np.testing.assert_allclose(filed.constants, nominal, atol=1e-6)
+    errors = fresh.errors(astray, filed)
+    assert errors.gain > 0.9
+    (said,) = as_the_file_has_it(fresh, astray, filed)
+    assert (
+        f"to {1e3 * errors.rmse_explained_m:.3g} mm, and those refitted to {1e3 * errors.rmse_calibrated_m:.3g}" in said
+    )
+    assert better_as_filed(found.choice.calibrated, right, fresh) is None
+    assert better_as_filed(found.choice.calibrated, astray, fresh).constants == filed.constants
+    led = replace(found, reported=astray, refitted=astray, filed=filed)
+    assert best_of_rig(led)[0] is filed
+    assert best_elsewhere(led, same_bench=True)[0] is filed
 
 
 def test_segments_all_of_which_differ_are_judged_with_the_modulus_that_carries_their_mean():
@@ -123,5 +151,5 @@ def test_segments_all_of_which_differ_are_judged_with_the_modulus_that_carries_t
     twice = right._replace(log_stiffness=right.log_stiffness + np.log(2.0))
     reported = SimpleNamespace(constants=twice, effects=halves, model=found.reported.model)
     alone = SimpleNamespace(constants=right._replace(log_stiffness=right.log_stiffness + 0.1), effects=())
-    held = SimpleNamespace(reported=reported, refitted=alone, recording=found.recording, fresh=None)
+    held = SimpleNamespace(reported=reported, refitted=alone, recording=found.recording, fresh=None, filed=None)
     assert best_elsewhere(held, True)[0] is reported

@@ -59,15 +59,20 @@ def test_an_error_counts_as_worse_only_beyond_that_of_constants_and_noise():
 
 
 @pytest.mark.parametrize(
-    ("kinds", "likely", "impossible", "verdict"),
+    ("likely", "of_any", "structured", "impossible", "verdict"),
     [
-        ((), {}, True, "adequate"),
-        ((), {"tip_load_friction": 0.7}, False, "adequate"),
-        ((), {"tip_load_friction": 0.7}, True, "ambiguous"),
+        ({}, 0.3, False, True, "adequate"),
+        ({"tip_load_friction": 0.7}, 0.7, False, False, "adequate"),
+        ({"tip_load_friction": 0.7}, 0.7, False, True, "ambiguous"),
+        ({}, 0.8, False, False, "ambiguous"),  # one of several, none of which is likelier there than not
+        ({}, 0.8, True, False, "adequate"),  # within a noise that is stated too large
     ],
 )
-def test_constants_on_a_bound_are_not_adequate_beside_an_effect_that_is_likely(kinds, likely, impossible, verdict):
-    choice = SimpleNamespace(kinds=kinds, likely=likely)
+def test_constants_are_not_adequate_where_effects_are_likely_together_or_beside_one_on_a_bound(
+    likely, of_any, structured, impossible, verdict
+):
+    fitted = SimpleNamespace(model=SimpleNamespace(settings=Settings()))
+    choice = SimpleNamespace(kinds=(), likely=likely, of_any=of_any, structured=structured, fitted=fitted)
     assert verdict_on(choice, unsure=False, impossible=impossible) == verdict
 
 

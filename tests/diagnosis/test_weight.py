@@ -3,6 +3,8 @@
 from dataclasses import replace
 from unittest.mock import Mock
 
+import numpy as np
+import pandas as pd
 import pytest
 from diagnosis.simulated import Case, recorded
 
@@ -15,8 +17,53 @@ from prb3r.diagnosis.search.apply import serially
 from prb3r.diagnosis.search.rivals import Rival
 from prb3r.diagnosis.search.search import Search
 from prb3r.diagnosis.stages import to_search
+from prb3r.model.files.toml import toml_text
+from prb3r.proof.rig.simulate import simulate
+from prb3r.recording.reading import load_recording
 
 SAGGING = Case(hidden=(tuple({"kind": "gravity", "y_m_s2": -6.0}.items()),), seed=1)
+
+
+ROD = {
+    "name": "rod",
+    "youngs_modulus_pa": 6e10,
+    "disk": {"thickness_m": 0.003},
+    "friction": {"coefficient": 0.2},
+    "segment": [{"plates": 8, "length_m": 0.03, "bending_stiffness_n_m2": 0.0149}],
+    "cable": [{"name": "1", "offset_m": 0.01, "ends_at_segment": 1}],
+}
+"""A spring wire of 1.5 mm, some 0.27 m long, with one tendon."""
+
+
+def hanging_rod(folder, weight, seed=0):
+    """A recording of the rod, hung tip down, whose disks weigh `weight`, N, in all; its file gives them no mass."""
+    rng, steps, markers = np.random.default_rng(seed), [], []
+    for name, most in (("a", 6.0), ("b", 5.0), ("c", 4.5)):
+        rows = [{"cable_1_n": pull, "slip_1": -1} for pull in np.linspace(0.15, 1.0, 6) * most]
+        states = simulate(ROD | {"effect": [{"kind": "self_weight", "x_n": weight, "y_n": 0.0}]}, rows)
+        for k, row in enumerate(rows):
+            steps.append({"sequence": name, "step": k + 1, **row})
+            for disk in range(1, states.x.shape[1]):
+                x, y = rng.normal((states.x[k, disk], states.y[k, disk]), 3e-4)
+                markers.append({"sequence": name, "step": k + 1, "disk": disk, "x_m": x, "y_m": y})
+    measured = {"position_sd_m": 3e-4, "frame_rotation_sd_rad": 0.005, "frame_position_sd_m": 0.002}
+    described = {"name": "rod", "manipulator": "manipulator.toml", "measurement": measured}
+    described |= {"prior": {"youngs_modulus": 0.05, "friction_coefficient": 0.3}}
+    (folder / "manipulator.toml").write_text(toml_text(ROD))
+    (folder / "recording.toml").write_text(toml_text(described))
+    pd.DataFrame(steps).to_csv(folder / "steps.csv", index=False)
+    pd.DataFrame(markers).to_csv(folder / "markers.csv", index=False)
+    return load_recording(folder)
+
+
+def test_a_hanging_rod_may_weigh_nearly_all_that_its_tendon_would_hold(tmp_path):
+    """Of 0.45 N, which act at half of 0.27 m, and a largest moment of the tendon of 0.06 N m: no force at the tip and
+    no plate of another stiffness is named in its place."""
+    found = run_stages(Task(hanging_rod(tmp_path, 0.45)))
+    assert [effect.kind for effect in found.effects] == ["self_weight"]
+    (size,) = found.effects[0].parameters.values()
+    assert size.low < 0.45 < size.high
+    assert size.high - size.low < 0.25
 
 
 def massless(recording):

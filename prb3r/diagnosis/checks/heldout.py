@@ -1,6 +1,7 @@
 """Errors of two models on readings that no fit has seen: sequences set aside, or other recordings."""
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -11,6 +12,15 @@ from prb3r.diagnosis.settings import Settings
 
 MUCH_BETTER = 0.8
 """Share of the error with parts as drawn up to which that with parts as they were made is told beside it.  Choice."""
+
+
+class Shown(NamedTuple):
+    """Errors of two models in a unit for readers."""
+
+    calibrated: float
+    explained: float
+    unit: str
+    """Such as `mm`."""
 
 
 @dataclass(frozen=True)
@@ -58,6 +68,18 @@ class HeldOut:
             before is not None and after is not None and noise is not None and after > times * max(before, noise)
             for before, after, noise in errors
         )
+
+    @property
+    def shown(self) -> Shown | None:
+        """The errors of both models, of positions or else of angles; None where neither was read."""
+        of_positions, of_angles = (
+            (self.rmse_calibrated_m, self.rmse_explained_m, 1e3, "mm"),
+            (self.rmse_calibrated_rad, self.rmse_explained_rad, 180 / np.pi, "degrees"),
+        )
+        for before, after, factor, unit in (of_positions, of_angles):
+            if before is not None and after is not None:
+                return Shown(factor * before, factor * after, unit)
+        return None
 
     @property
     def gain(self) -> float:

@@ -102,17 +102,12 @@ def why_misleading(errors: HeldOut | None, settings: Settings) -> str:
     ----------
     errors : of the constants alone and of the choice, both with all parts as drawn; None where nothing was set aside.
     """
-    if errors is None:
+    shown = None if errors is None else errors.shown
+    if errors is None or shown is None or shown.explained <= settings.misleading * shown.calibrated:
         return ""
-    before, after, unit = errors.rmse_calibrated_m, errors.rmse_explained_m, "mm"
-    if before is None or after is None:
-        before, after, unit = errors.rmse_calibrated_rad, errors.rmse_explained_rad, "degrees"
-    if before is None or after is None or after <= settings.misleading * before:
-        return ""
-    shown = 1e3 if unit == "mm" else 180 / np.pi
     return (
         f"with all parts as drawn, what is named predicts {listed(errors.sequences)}, which no fit has seen, to "
-        f"{shown * after:.3g} {unit}, and constants alone do to {shown * before:.3g}; its "
+        f"{shown.explained:.3g} {shown.unit}, and constants alone do to {shown.calibrated:.3g}; its "
         "numbers here are those refitted to parts as drawn"
     )
 

@@ -8,9 +8,13 @@ from prb3r.diagnosis.fit.constants import Constants
 from prb3r.diagnosis.fit.covariance import Noise, independent, noise_of
 from prb3r.diagnosis.fit.least_squares import fit
 from prb3r.diagnosis.fit.model import Fit, Model
-from prb3r.diagnosis.fit.prediction import Predictor
+from prb3r.diagnosis.fit.prediction import Predictor, predictor
 from prb3r.diagnosis.fit.response import tension_response
 from prb3r.diagnosis.settings import Settings
+from prb3r.recording.recording import Prior
+
+FILED_SD = 1e-6
+"""Relative prior standard deviation that holds a constant at its value in the manipulator file."""
 
 
 def nominal_noise(predict: Predictor) -> Noise:
@@ -64,3 +68,13 @@ def constants_as_drawn(calibrated: Fit) -> Fit:
     """
     model = calibrated.model
     return fit_constants(model.predict, independent(model.noise.total_sd), model.settings)
+
+
+def constants_as_filed(calibrated: Fit) -> Fit | None:
+    """The constants of the manipulator file, with the camera's frame alone refitted to the readings of a `calibrated`
+    fit, every part as drawn; None where a step has no equilibrium with them."""
+    model = calibrated.model
+    known = replace(model.recording, prior=Prior(youngs_modulus=FILED_SD, friction_coefficient=FILED_SD))
+    held = Model(predictor(known, model.settings), independent(model.noise.total_sd), settings=model.settings)
+    fitted = fit(held, np.zeros(held.count))
+    return fitted if fitted and fitted.balanced else None

@@ -38,6 +38,9 @@ class Investigation:
     refitted: Fit
     """The constants alone, as they predict best with every part as drawn (`constants_as_drawn`); the same as `reported`
     if the chosen model has no effects."""
+    filed: Fit | None
+    """The constants of the manipulator file, where the recording is unexplained and they predict the sequences set
+    aside better than refitted ones; else None."""
     reported: Fit
     """The chosen model with the parameters that are reported: those of its fit or, if the verdict is `unexplained`,
     those with which it predicts best with every part as drawn (`as_drawn`)."""

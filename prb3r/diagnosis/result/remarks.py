@@ -223,6 +223,19 @@ def or_a_blunder(blunder: Blunder | None) -> list[str]:
     ]
 
 
+def as_the_file_has_it(fresh: Unseen, refitted: Fit, filed: Fit) -> list[str]:
+    """A remark that the constants of the manipulator file predict the sequences set aside better than refitted ones."""
+    errors = fresh.errors(refitted, filed)
+    if errors.shown is None:
+        return []
+    refitted_to, filed_to, unit = errors.shown
+    return [
+        f"the constants of the manipulator file predict {listed(errors.sequences)}, which no fit has seen, to "
+        f"{filed_to:.3g} {unit}, and those refitted to {refitted_to:.3g}: some of the fitted sequences pull them "
+        "away, so that their loads or readings may not be what they are noted to be"
+    ]
+
+
 def against_the_best(checks: Sequence[ModelCheck], settings: Settings) -> list[str]:
     """The checks whose chance is too small for the best model to be right, with these chances."""
     rare = [

@@ -20,7 +20,7 @@ from prb3r.recording.recording import Kind
 
 def best_of_rig(investigation: Investigation) -> tuple[Fit, Discrepancy | None]:
     """The model on which predictions for the recorded rig rest, with its discrepancy: the reported one, or constants
-    alone if they predict the held-out readings as well."""
+    alone, refitted or of the manipulator file, if they predict the held-out readings as well."""
     return _best(investigation, investigation.reported.constants, investigation.reported.effects)
 
 
@@ -45,8 +45,9 @@ def _best(
     investigation: Investigation, constants: Constants, effects: Sequence[Effect], least_gain: float = 0.0
 ) -> tuple[Fit, Discrepancy | None]:
     """The reported model if it predicts better with `constants` and `effects` in the place of its own than constants
-    alone do, by more than `least_gain` of what these leave beyond noise, else these; with its discrepancy."""
-    reported, alone = investigation.reported, investigation.refitted
+    alone do, refitted or of the file, by more than `least_gain` of what these leave beyond noise, else these; with its
+    discrepancy."""
+    reported, alone = investigation.reported, investigation.filed or investigation.refitted
     (predict, noise), *_ = parts = _recorded(investigation)
     before, after = predict.solve(alone.constants, alone.effects), predict.solve(constants, effects)
     errors = compared(predict, noise, before.readings, after.readings)
