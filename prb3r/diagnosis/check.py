@@ -179,11 +179,10 @@ def _set_aside(doubted: Doubted, choice: Choice) -> Unseen | None:
 
 
 def better_as_filed(calibrated: Fit, refitted: Fit, fresh: Unseen) -> Fit | None:
-    """The constants of the manipulator file, if they remove `Settings.carried_gain` of what `refitted` ones leave of
-    the sequences set aside; else None."""
+    """The constants of the manipulator file, if they predict the sequences set aside clearly better than `refitted`
+    ones (`Settings.misleading`); else None."""
     filed = constants_as_filed(calibrated)
-    settings = calibrated.model.settings
-    return filed if filed and fresh.errors(refitted, filed).gain > settings.carried_gain else None
+    return filed if filed and fresh.errors(filed, refitted).is_worse(calibrated.model.settings.misleading) else None
 
 
 def _errors(fresh: Unseen, fitted: Fit, calibrated: Fit, reported: Fit) -> HeldOut:

@@ -4,17 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from prb3r.diagnosis.fit.constants import Constants
+from prb3r.diagnosis.fit.constants import FRAME, Constants
 from prb3r.diagnosis.fit.covariance import Noise, independent, noise_of
 from prb3r.diagnosis.fit.least_squares import fit
 from prb3r.diagnosis.fit.model import Fit, Model
-from prb3r.diagnosis.fit.prediction import Predictor, predictor
+from prb3r.diagnosis.fit.prediction import Predictor
 from prb3r.diagnosis.fit.response import tension_response
 from prb3r.diagnosis.settings import Settings
-from prb3r.recording.recording import Prior
-
-FILED_SD = 1e-6
-"""Relative prior standard deviation that holds a constant at its value in the manipulator file."""
 
 
 def nominal_noise(predict: Predictor) -> Noise:
@@ -71,10 +67,11 @@ def constants_as_drawn(calibrated: Fit) -> Fit:
 
 
 def constants_as_filed(calibrated: Fit) -> Fit | None:
-    """The constants of the manipulator file, with the camera's frame alone refitted to the readings of a `calibrated`
-    fit, every part as drawn; None where a step has no equilibrium with them."""
+    """The constants of the manipulator file, every part as drawn, with what the recording states of the camera's frame;
+    what it leaves open of the frame is refitted to the readings of a `calibrated` fit.  None where a step has no
+    equilibrium with them."""
     model = calibrated.model
-    known = replace(model.recording, prior=Prior(youngs_modulus=FILED_SD, friction_coefficient=FILED_SD))
-    held = Model(predictor(known, model.settings), independent(model.noise.total_sd), settings=model.settings)
-    fitted = fit(held, np.zeros(held.count))
+    held = Model(model.predict, independent(model.noise.total_sd), settings=model.settings)
+    stated = np.isfinite(held.deviations) | ~np.isin(held.varied, FRAME)
+    fitted = fit(held, np.zeros(held.count), fixed=np.flatnonzero(stated).tolist())
     return fitted if fitted and fitted.balanced else None
