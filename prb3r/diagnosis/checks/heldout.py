@@ -14,7 +14,7 @@ MUCH_BETTER = 0.8
 """Share of the error with parts as drawn up to which that with parts as they were made is told beside it.  Choice."""
 
 
-class Shown(NamedTuple):
+class ErrorPair(NamedTuple):
     """Errors of two models in a unit for readers."""
 
     calibrated: float
@@ -70,7 +70,7 @@ class HeldOut:
         )
 
     @property
-    def shown(self) -> Shown | None:
+    def shown(self) -> ErrorPair | None:
         """The errors of both models, of positions or else of angles; None where neither was read."""
         of_positions, of_angles = (
             (self.rmse_calibrated_m, self.rmse_explained_m, 1e3, "mm"),
@@ -78,7 +78,7 @@ class HeldOut:
         )
         for before, after, factor, unit in (of_positions, of_angles):
             if before is not None and after is not None:
-                return Shown(factor * before, factor * after, unit)
+                return ErrorPair(factor * before, factor * after, unit)
         return None
 
     @property
