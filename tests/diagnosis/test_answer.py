@@ -30,7 +30,7 @@ def survived(rng):
     (_, named), *others = ranked
     presence = {kind: sum(share for share, kinds in ranked if kind in kinds) for kind in named}
     effects = [
-        SimpleNamespace(kind=kind, partial=False, probability=p, on_bound=False, certain=p >= Settings().certain)
+        SimpleNamespace(kind=kind, partial=False, probability=p, in_doubt=False, certain=p >= Settings().certain)
         for kind, p in presence.items()
     ]
     models = [
@@ -66,7 +66,7 @@ def test_what_is_likely_but_not_named_is_what_to_look_for_where_all_that_is_name
     named = {effect.kind for effect in found.effects}
     unnamed = {kind: sum(p for kinds, p in probability.items() if kind in kinds) for kind in set(KINDS) - named}
     likely = sorted((kind for kind, p in unnamed.items() if p > 0.5), key=lambda kind: -unnamed[kind])
-    sure = tuple(SimpleNamespace(kind=kind, on_bound=False, certain=True, rivals=()) for kind in named)
+    sure = tuple(SimpleNamespace(kind=kind, in_doubt=False, certain=True, rivals=()) for kind in named)
     around = {"verdict": "ambiguous", "setup": (), "rival_blunder": None, "experiments": (), "heldout": None}
     around |= {"settings": {}}
     said = what_to_do(SimpleNamespace(**vars(found) | {"effects": sure} | around))

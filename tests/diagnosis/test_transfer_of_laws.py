@@ -1,15 +1,18 @@
 """How laws of the material and contact are carried over to sections and gaps of other sizes."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from diagnosis.simulated import Case, recorded
+from diagnosis.simulated import Case, investigated, recorded
 from diagnosis.suspected import bare_sections, other_design, rods, scaled
 
 import prb3r
 from prb3r.diagnosis.fit.constants import Constants
 from prb3r.diagnosis.library import SUSPECTS
+from prb3r.diagnosis.result.surviving import posterior_of
 from prb3r.diagnosis.result.tell import adjusted
-from prb3r.diagnosis.result.transfer import carried_effects, supposed
+from prb3r.diagnosis.result.transfer import carried_effects, given, supposed
 from prb3r.model.effects import EFFECT_KINDS
 from prb3r.model.effects.plates import DiskContact, NonlinearPlate
 from prb3r.model.manipulator import Manipulator
@@ -114,6 +117,22 @@ def test_disks_with_twice_the_gap_touch_at_twice_the_bend():
     assert transfer(touching, mixed, mixed) == touching
     for first, other in ((here, mixed), (mixed, here)):
         assert "gaps between disks, and these differ" in transfer(touching, first, other)
+
+
+def test_disks_that_cannot_touch_teach_nothing_of_another_design():
+    """Arcs of 14 mm between disks whose holes lie at 25.5 mm: at 1 degree their rims would lie 0.8 m from the axis."""
+    here = recorded(Case(hidden=())).manipulator
+    touching = DiskContact(kind="disk_contact", angle_rad=np.pi / 180, stiffness_n_m_per_rad=9.0)
+    assert "at which no disks touch" in SUSPECTS["disk_contact"].transfer(touching, here, other_design())
+    assert carried_effects([touching], here, here) == ((touching,), ())
+    found = investigated(Case(hidden=()))
+    assert posterior_of(found).carried is None
+    solved = replace(found.explained.solved, effects=(touching,))
+    fitted = replace(found.explained, model=found.explained.model.adding(given(touching)), solved=solved)
+    doubted = replace(found, choice=replace(found.choice, fitted=fitted), reported=fitted)
+    posterior = posterior_of(doubted)
+    assert posterior.reported is None
+    assert [model.effects for model in (posterior.carried, posterior.on_bench)] == [[], []]
 
 
 @pytest.mark.parametrize("side", [{}, {"side": "positive"}])

@@ -13,7 +13,14 @@ from scipy.stats import chi2
 from prb3r.diagnosis import investigate as around
 from prb3r.diagnosis import stages
 from prb3r.diagnosis.check import check
-from prb3r.diagnosis.checks.unseen import JudgedSequence, Unseen, chance_of_size, unseen
+from prb3r.diagnosis.checks.unseen import (
+    ALL_MARKERS,
+    JudgedSequence,
+    Unseen,
+    chance_of_size,
+    part_that_does_most,
+    unseen,
+)
 from prb3r.diagnosis.evidence.outliers import Doubts
 from prb3r.diagnosis.evidence.renewal import renewed
 from prb3r.diagnosis.fit.calibrate import OutOfBalance, fit_constants
@@ -180,6 +187,16 @@ def test_it_is_said_where_parts_off_their_drawing_make_the_error_on_what_was_set
     made, as_drawn = (float(number) for number in re.findall(r"to ([0-9.]+) mm", sentence))
     assert as_drawn > 1.4 * made
     assert off_as_drawn(None, fitted, fitted) == []
+
+
+def test_many_markers_that_sit_off_their_disks_count_as_one_part():
+    """Each moves the readings of its own disk alone, and less than a length moves those of all: together they do more.
+    What one part undoes of another counts against it."""
+    names = ["segment.1.length_m", "plate 1 length_m", "marker 1 across its disk, m", "marker 2 across its disk, m"]
+    moved = np.array([[1.2, -0.9, 1.5, 0.0], [1.2, -0.9, 0.0, 1.5]])
+    assert part_that_does_most(names, moved) == ALL_MARKERS
+    assert part_that_does_most(names[:2], moved[:, :2]) == "segment.1.length_m"
+    assert part_that_does_most([], np.zeros((2, 0))) == ""
 
 
 def misread(recording: Recording, fitted: Fit, step: int, tip: float) -> Recording:

@@ -15,12 +15,15 @@ from prb3r.diagnosis.fit.covariance import Noise, noise_of, reading_sd
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.fit.prediction import Predictor, Solution, predictor
 from prb3r.diagnosis.fit.response import tension_response
-from prb3r.diagnosis.fit.tolerance import tolerances
+from prb3r.diagnosis.fit.tolerance import MARKER, tolerances, without_unit
 from prb3r.diagnosis.settings import Settings
 from prb3r.recording.recording import Recording
 
 UNFELT_WEIGHT = 1e-9
 """Lower bound of the norm of the change by a weight, in units of the noise: prevents division by zero."""
+
+ALL_MARKERS = "the places of the markers on their disks"
+"""Name of the one part that all markers count as."""
 
 
 class JudgedSequence(NamedTuple):
@@ -43,8 +46,8 @@ class HeldOutPrediction(NamedTuple):
     noise: Noise
     """Covariance of the readings about these: reading noise, tension scatter, uncertainty of parameters and parts."""
     part: str
-    """The part whose deviation from its drawing moves the readings most, such as `segment.1.length_m`; empty if none
-    has a tolerance."""
+    """The part whose deviation from its drawing moves the readings most, of what all parts together do, such as
+    `segment.1.length_m`; the markers count as one. Empty if none has a tolerance."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,8 +100,8 @@ class Unseen:
             uncertain = np.hstack([moved, parts.moved[:, felt]]) @ root_of(covariance)
             expected = solved.readings + parts.moved[:, felt] @ mean
             noise = self._covariance(solved, expected, uncertain)
-            far = np.linalg.norm(np.nan_to_num(parts.moved[:, felt] * mean / noise.sd[:, None]), axis=0)
-            part = parts.names[felt[int(np.argmax(far))]] if len(far) else ""
+            far = np.nan_to_num(parts.moved[:, felt] * mean / noise.sd[:, None])
+            part = part_that_does_most([parts.names[k] for k in felt], far)
             self.predictions[fitted] = HeldOutPrediction(expected, noise, part)
         return self.predictions[fitted]
 
@@ -267,3 +270,18 @@ def root_of(covariance: np.ndarray) -> np.ndarray:
     """(k, k) matrix `A` with ``A A^T`` equal to a covariance (k, k); each column is one standard deviation."""
     variance, axes = np.linalg.eigh(covariance)
     return axes * np.sqrt(np.maximum(variance, 0.0))
+
+
+def part_that_does_most(names: Sequence[str], moved: np.ndarray) -> str:
+    """The part that contributes most to what all together do to the readings; empty if there is none.
+
+    Parameters
+    ----------
+    names : (k,) tolerances; those of the markers count as one part.
+    moved : (r, k) changes of the readings by each, in standard deviations of their noise.
+    """
+    share, together = dict[str, float](), moved.sum(1)
+    for name, change in zip(names, moved.T, strict=True):
+        part = ALL_MARKERS if name.startswith(MARKER) else without_unit(name)
+        share[part] = share.get(part, 0.0) + float(change @ together)
+    return max(share, key=share.__getitem__, default="")

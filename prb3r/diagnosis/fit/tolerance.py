@@ -21,6 +21,8 @@ from prb3r.recording.recording import Kind, Tolerance
 
 THICKNESS_TO_STIFFNESS = 3.0
 """Bending stiffness grows with the third power of a plate's thickness."""
+MARKER = "marker "
+"""Beginning of the names of the tolerances of markers."""
 IN_M, IN_RAD = ", m", ", rad"
 """Endings of the names of the tolerances of markers: their units."""
 TOLERANCE_STEP = 0.01
@@ -184,7 +186,7 @@ def _markers(predict: Predictor, solved: Solution) -> Iterator[tuple[str, float,
     step, disk, kind, _ = recording.readings
     if turn := recording.tolerance.marker_turn:
         for number in np.unique(disk[kind == Kind.ANGLE]).tolist():
-            yield f"marker {number} turned on its disk{IN_RAD}", turn, turn * ((kind == Kind.ANGLE) & (disk == number))
+            yield f"{MARKER}{number} turned on its disk{IN_RAD}", turn, turn * ((kind == Kind.ANGLE) & (disk == number))
     sd = recording.tolerance.marker(recording.manipulator.segment)
     if not recording.readings.is_position.any() or sd == 0:
         return
@@ -198,7 +200,7 @@ def _markers(predict: Predictor, solved: Solution) -> Iterator[tuple[str, float,
         change = (ahead - behind) / (2 * PIXEL)
         seen = np.select([kind == Kind.X, kind == Kind.Y], [change[:, 0], change[:, 1]], 0.0)
         for number in np.unique(disk[recording.readings.is_position]).tolist():
-            yield f"marker {number} {way} its disk{IN_M}", sd, np.where(disk == number, seen, 0.0) * sd
+            yield f"{MARKER}{number} {way} its disk{IN_M}", sd, np.where(disk == number, seen, 0.0) * sd
 
 
 def estimated(known: Tolerances, plain: Noise, misfit: np.ndarray, moved: np.ndarray) -> EstimatedTolerances:

@@ -10,6 +10,7 @@ from prb3r.diagnosis.library.bending import toward
 from prb3r.diagnosis.library.hypothesis import Free
 from prb3r.diagnosis.library.scope import Place, Scope, whole_rig_if
 from prb3r.diagnosis.library.suspect import Occurrence, effect_in_words
+from prb3r.diagnosis.settings import Settings
 from prb3r.model.effects.base import SIDE_COLUMN, SIDES, Effect
 from prb3r.model.effects.plates import DiskContact, NotchClosing, closing_angles, closing_heights
 from prb3r.model.manipulator import Manipulator
@@ -83,10 +84,33 @@ def said_of_closing(fitted: Occurrence) -> str:
     )
 
 
+def rim_of(contact: DiskContact, arc: np.ndarray) -> float:
+    """Distance from the axis, m, of the rims of disks that touch first, between the shortest of plates of lengths `arc`
+    (n,), m.
+
+    On an arc of the length h the gap between two disks is h - r times the bend at the distance r from the axis.
+    """
+    return float(arc.min() / contact.angle_rad)
+
+
+def is_impossible(contact: DiskContact, arc: np.ndarray, offset: np.ndarray, settings: Settings) -> bool:
+    """Whether disks would have to reach farther than any disk does to touch so: something else acts then.
+
+    `arc`, `offset`: of a `Chain`.
+    """
+    hole = float(np.abs(offset).max(initial=0.0))
+    return contact.angle_rad > 0 and rim_of(contact, arc) > settings.impossible_rim * hole > 0
+
+
 def contact_elsewhere(effect: Effect, here: Manipulator, there: Manipulator) -> Effect | str:
     """The transfer of `disk_contact`: disks as large as those of this rig touch at a bend in proportion to the gap
-    between them, the length of a plate.  Where the plates of one arm alone differ in length, it is left behind."""
+    between them, the length of a plate.  Where the plates of one arm alone differ in length, it is left behind, and
+    where no disks can touch so."""
     assert isinstance(effect, DiskContact)
+    chain = here.plain_chain()
+    if is_impossible(effect, chain.arc, chain.offset, Settings()):
+        named = effect_in_words(effect)
+        return f"{named}, at a bend at which no disks touch: something else stiffens this rig, such as play in clamps"
     first, other = ([[segment.length_m] for segment in rig.segment] for rig in (here, there))
     if same_parts(first, other):
         return effect

@@ -48,6 +48,6 @@ def said_of_relaxing(fitted: Occurrence) -> str:
     return (
         f"The plates creep, as plastics do: a share of {share} of the moment that bends them relaxes with a time "
         f"constant of {time}, so that under a steady pull they bend by {more:.3g} % more in "
-        f"the end, and come back slowly: {note}begin every sequence with a row without load, and "
-        "hold every step as long."
+        f"the end, and come back slowly: {note}begin every sequence with a row without load, "
+        "and hold every step as long, where these do not."
     )

@@ -68,8 +68,8 @@ class NamedEffect:
     """Probability that an effect of this kind is there, over all surviving models and places; of several of one kind,
     that as many are (`Choice.probability_of`)."""
     certain: bool
-    """Whether that probability reaches `Settings.certain`, of a recording that is explained, and no parameter ends on a
-    bound of the search."""
+    """Whether that probability reaches `Settings.certain`, of a recording that is explained, and the effect is not in
+    doubt."""
     delta_bic: float
     """Bayesian information criterion with the effect less that without; negative: better with it."""
     heldout_gain: float | None
@@ -79,8 +79,9 @@ class NamedEffect:
     """Whether the effect helps without the model explaining all."""
     without: FittedModel | None = field(repr=False)
     """The chosen model without the effect, refitted; None if the fit fails."""
-    on_bound: bool = False
-    """Whether one of its parameters ends on a bound of the search, so that something else may be at work."""
+    in_doubt: bool = False
+    """Whether one of its parameters ends on a bound of the search, or is one that no rig has: something else may be at
+    work."""
 
 
 @dataclass(frozen=True)

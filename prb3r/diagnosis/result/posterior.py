@@ -187,7 +187,8 @@ class Posterior(Strict):
 
     @property
     def rests_on_constants(self) -> bool:
-        """Whether it is of an unexplained recording, and of a model without effects."""
+        """Whether it is of a recording that is unexplained, or explained by what cannot be, and of a model without
+        effects."""
         return self.discrepancy is not None and not self.models[0].effects
 
     @property

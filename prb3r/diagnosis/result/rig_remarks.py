@@ -10,12 +10,13 @@ import numpy as np
 
 from prb3r.diagnosis.checks.repeats import Scatter
 from prb3r.diagnosis.checks.tolerated import tolerances_told
-from prb3r.diagnosis.checks.unseen import Unseen
+from prb3r.diagnosis.checks.unseen import ALL_MARKERS, Unseen
 from prb3r.diagnosis.evidence.model_evidence import AT_BOUND
 from prb3r.diagnosis.evidence.noise_level import EstimatedLevel
 from prb3r.diagnosis.evidence.outliers import Doubts, NotedWeight
 from prb3r.diagnosis.fit.model import Fit
-from prb3r.diagnosis.fit.tolerance import IN_RAD, EstimatedTolerances, without_unit
+from prb3r.diagnosis.fit.tolerance import IN_RAD, MARKER, EstimatedTolerances, without_unit
+from prb3r.diagnosis.library.contact import is_impossible, rim_of
 from prb3r.diagnosis.library.hypothesis import Free, Hypothesis
 from prb3r.diagnosis.settings import Settings
 from prb3r.model.effects.base import Effect
@@ -114,32 +115,30 @@ def at_bounds(fitted: Fit) -> list[str]:
     ]
 
 
-def rims(fitted: Fit) -> list[tuple[DiskContact, float]]:
-    """The contacts of disks of a fit, each with the distance of its rims from the axis, m, by its bend.
-
-    On an arc of the length h the gap between two disks is h - r times the bend at the distance r from the axis.
-    """
-    narrowest = float(fitted.solved.chain.arc.min())
-    contacts = [effect for effect in fitted.effects if isinstance(effect, DiskContact)]
-    return [(contact, narrowest / contact.angle_rad) for contact in contacts if contact.angle_rad > 0]
-
-
 def impossible_rims(fitted: Fit) -> bool:
     """Whether disks would have to reach farther than any disk does to touch as a fit has it."""
-    hole = float(np.abs(fitted.solved.chain.offset).max(initial=0.0))
-    return any(rim > fitted.model.settings.impossible_rim * hole > 0 for _, rim in rims(fitted))
+    chain, settings = fitted.solved.chain, fitted.model.settings
+    return any(is_impossible(contact, chain.arc, chain.offset, settings) for contact in _contacts(fitted))
+
+
+def _contacts(fitted: Fit) -> list[DiskContact]:
+    """The contacts of disks of a fit."""
+    return [effect for effect in fitted.effects if isinstance(effect, DiskContact) and effect.angle_rad > 0]
 
 
 def far_rims(fitted: Fit) -> list[str]:
     """A remark on disks that touch at so small a bend that their rims would lie far outside all holes."""
-    hole = float(np.abs(fitted.solved.chain.offset).max(initial=0.0))
-    return [
-        f"disks that touch at {180 / np.pi * contact.angle_rad:.3g} degrees have rims {1e3 * rim:.3g} mm "
-        f"from the axis, where the farthest hole lies at {1e3 * hole:.3g} mm: if these do not reach so "
-        "far, something else stiffens the arm beyond that bend"
-        for contact, rim in rims(fitted)
-        if rim > fitted.model.settings.farthest_rim * hole > 0
-    ]
+    chain, settings, remarks = fitted.solved.chain, fitted.model.settings, []
+    hole = float(np.abs(chain.offset).max(initial=0.0))
+    for contact in _contacts(fitted):
+        rim = rim_of(contact, chain.arc)
+        if rim > settings.farthest_rim * hole > 0:
+            remarks.append(
+                f"disks that touch at {180 / np.pi * contact.angle_rad:.3g} degrees have rims {1e3 * rim:.3g} mm "
+                f"from the axis, where the farthest hole lies at {1e3 * hole:.3g} mm: if these do not reach so "
+                "far, something else stiffens the arm beyond that bend"
+            )
+    return remarks
 
 
 def misplaced_marker(calibrated: Fit, doubts: Doubts) -> list[str]:
@@ -148,7 +147,7 @@ def misplaced_marker(calibrated: Fit, doubts: Doubts) -> list[str]:
     settings = calibrated.model.settings
     told, off = tolerances_told(calibrated, doubts), dict[str, tuple[float, str, float]]()
     for name, value, prior in zip(told.names, told.value, told.prior_sd, strict=True):
-        if name.startswith("marker "):
+        if name.startswith(MARKER):
             disk, far = name.split()[1], abs(value) / prior
             off[disk] = max(off.get(disk, (0.0, "", 0.0)), (float(far), name, float(value)))
     ranked = sorted(off.values(), reverse=True)
@@ -193,10 +192,10 @@ def off_as_drawn(fresh: Unseen | None, fitted: Fit, reported: Fit) -> list[str]:
         factor, unit = 180 / np.pi, "degrees"
     if drawn is None or made is None or noise is None or drawn**2 - made**2 <= noise**2:
         return []
-    said = f"{factor * drawn:.3g} {unit} with all as drawn; no part does more of that than {without_unit(part)}"
+    said = f"{factor * drawn:.3g} {unit} with all as drawn; no part does more of that than {part}"
     return [
         f"what was set aside is predicted to {factor * made:.3g} {unit} with the parts of the rig as the other "
-        f"sequences tell them, and to {said}: measure it"
+        f"sequences tell them, and to {said}: measure {'them' if part == ALL_MARKERS else 'it'}"
     ]
 
 

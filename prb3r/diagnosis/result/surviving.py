@@ -18,6 +18,7 @@ from prb3r.diagnosis.result.discrepancy import Discrepancy
 from prb3r.diagnosis.result.investigation import Investigation
 from prb3r.diagnosis.result.largest_bending import bending_of
 from prb3r.diagnosis.result.posterior import FILE_NAMES, FreeParameter, ModelPosterior, Posterior
+from prb3r.diagnosis.result.rig_remarks import impossible_rims
 from prb3r.diagnosis.result.unexplained import best_elsewhere, best_of_rig
 from prb3r.model.manipulator import Manipulator
 
@@ -29,7 +30,10 @@ TRIED = (-2.0, -1.0, 1.0, 2.0)
 
 
 def posterior_of(investigation: Investigation) -> Posterior:
-    """The posterior of the surviving models; where the recording is unexplained, with the model that predicts best."""
+    """The posterior of the surviving models; where the recording is unexplained, with the model that predicts best.
+
+    Where it is explained by disks that cannot touch so, with that which predicts best without them, for other designs.
+    """
     choice = investigation.choice
     recording = choice.fitted.recording
     models = [
@@ -37,14 +41,15 @@ def posterior_of(investigation: Investigation) -> Posterior:
         for survivor in choice.survivors
     ]
     unexplained = bool(investigation.why)
+    doubted = unexplained or impossible_rims(choice.fitted)
     return Posterior(
         manipulator=recording.manipulator,
         as_filed=investigation.as_filed,
         tolerance=recording.tolerance,
         models=models,
         reported=_alone(*best_of_rig(investigation)) if unexplained else None,
-        carried=_alone(*best_elsewhere(investigation, same_bench=False)) if unexplained else None,
-        on_bench=_alone(*best_elsewhere(investigation, same_bench=True)) if unexplained else None,
+        carried=_alone(*best_elsewhere(investigation, same_bench=False)) if doubted else None,
+        on_bench=_alone(*best_elsewhere(investigation, same_bench=True)) if doubted else None,
         bending=bending_of(recording.manipulator, choice.fitted.solved.states.angle, recording.begins),
     )
 

@@ -27,7 +27,7 @@ from prb3r.diagnosis.result.numbers import (
     NoiseFound,
     ToleranceFound,
 )
-from prb3r.diagnosis.result.rig_remarks import endings
+from prb3r.diagnosis.result.rig_remarks import endings, impossible_rims
 from prb3r.diagnosis.result.spread import ends_over_models, number_of_constant
 from prb3r.diagnosis.result.surviving import posterior_of
 from prb3r.diagnosis.result.tables import diagnosis_tables
@@ -186,7 +186,8 @@ def _effect(named: Named, investigation: Investigation) -> NamedEffect:
     settings = explained.model.settings
     hypothesis, friction = named.hypothesis, explained.model.friction(explained.p)
     free = {free.name: free for free in hypothesis.free}
-    on_bound = any(end.hypothesis == hypothesis for end in endings(explained))
+    in_doubt = any(end.hypothesis == hypothesis for end in endings(explained))
+    in_doubt |= hypothesis.kind == "disk_contact" and impossible_rims(explained)
     return NamedEffect(
         name=hypothesis.name,
         kind=hypothesis.kind,
@@ -207,12 +208,12 @@ def _effect(named: Named, investigation: Investigation) -> NamedEffect:
             for rival in named.rivals
         ),
         probability=probability,
-        certain=probability >= settings.certain and not named.partial and not on_bound,
+        certain=probability >= settings.certain and not named.partial and not in_doubt,
         delta_bic=named.delta_bic,
         heldout_gain=named.heldout_gain,
         partial=named.partial,
         without=None if named.without is None else _plain_model(named.without),
-        on_bound=on_bound,
+        in_doubt=in_doubt,
     )
 
 
