@@ -115,7 +115,9 @@ def find_blunder(
     # a gain is of the readings that the remedy concerns: remedies are compared by the misfit of all readings
     best = min(speaking or whispering, key=lambda t: t.total + least[t.remedy])
     close = best.total + settings.close_fit / 2
-    alike = tuple(t.remedy.blunder for t in tried if t is not best and t.total < close)
+    # the same blunder in fewer steps is less, not another one
+    others = (t for t in tried if t is not best and not t.remedy.blunder.startswith(best.remedy.blunder))
+    alike = tuple(t.remedy.blunder for t in others if t.total < close)
     within_noise = expected_loss(float(np.exp(settings.far_noise))) * len(np.unique(recording.readings.step))
     # photographs miss by no more than noise that is not far off the stated one: nothing is left to explain
     plain = best.total < within_noise and not effects and bool(speaking)
