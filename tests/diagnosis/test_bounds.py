@@ -13,12 +13,14 @@ from prb3r.diagnosis.fit.calibrate import fit_constants
 from prb3r.diagnosis.fit.least_squares import fit
 from prb3r.diagnosis.fit.prediction import predictor
 from prb3r.diagnosis.library import hypotheses
+from prb3r.diagnosis.library.hypothesis import Free, Hypothesis
 from prb3r.diagnosis.library.scope import Scope
+from prb3r.diagnosis.library.suspect import Estimate
 from prb3r.diagnosis.result import tell as telling
 from prb3r.diagnosis.result.answer import sureness
 from prb3r.diagnosis.result.projection import as_json, summary_lines
 from prb3r.diagnosis.result.rig_remarks import Ending, at_bounds, endings
-from prb3r.diagnosis.result.tell import tell
+from prb3r.diagnosis.result.tell import may_be_absent, tell
 from prb3r.diagnosis.run import diagnosis_of
 from prb3r.model.manipulator import Manipulator
 from prb3r.present.diagnosis.sentences import bias_of_calibration
@@ -98,3 +100,26 @@ def test_no_effect_is_certain_with_a_number_that_ends_where_the_search_ended(mon
     assert (sure.certain, doubted.certain) == (True, False)
     assert (sureness(sure), sureness(doubted)) == ("certain", "in doubt")
     assert doubted.probability == sure.probability
+
+
+def test_an_effect_all_of_whose_intervals_hold_its_absence_may_be_absent():
+    """A share of nothing, a factor of one, and friction that is that of the other holes."""
+    sag = Hypothesis("self_weight", free=(Free("x_n", 0.0, -1.0, 1.0), Free("y_n", 0.0, -1.0, 1.0)))
+    soft = Hypothesis("clamp_compliance", free=(Free("compliance_rad_per_n_m", 0.0, 0.0, 1.0),))
+    weak = Hypothesis("weakened_plate", free=(Free("factor", 1.0, 0.05, 20.0, log=True),))
+    worn = Hypothesis("worn_hole", free=(Free("coefficient", 0.0, 0.0, 5.0, above=True),))
+    for hypothesis, intervals, absent in (
+        (sag, [(0.3, 0.1, 0.5), (0.01, -0.1, 0.1)], False),
+        (sag, [(0.05, -0.05, 0.29), (0.01, -0.1, 0.1)], True),
+        (soft, [(0.01, 1e-7, 0.07)], True),
+        (soft, [(0.01, 1e-3, 0.07)], False),
+        (weak, [(0.9, 0.8, 1.01)], True),
+        (weak, [(0.7, 0.6, 0.8)], False),
+        (worn, [(0.4, 0.28, 0.6)], True),
+        (worn, [(0.4, 0.33, 0.6)], False),
+        (soft, [(0.01, None, None)], False),
+    ):
+        told = {free.name: Estimate(*each) for free, each in zip(hypothesis.free, intervals, strict=True)}
+        assert may_be_absent(hypothesis, told, friction=0.3) == absent
+    probed = replace(soft, probes=((0.1,),))
+    assert not may_be_absent(probed, {"compliance_rad_per_n_m": Estimate(0.01, 0.0, 0.07)}, 0.3)

@@ -42,8 +42,8 @@ def by_sureness(diagnosis: Diagnosis) -> tuple[NamedEffect, ...]:
 
 
 def sureness(effect: NamedEffect) -> str:
-    """How sure it is that an effect of this kind is there: `in part`, `in doubt` where a number of it is one that
-    no rig has or ends on a bound, `certain`, or the probability."""
+    """How sure it is that an effect of this kind is there: `in part`, `in doubt` (`NamedEffect.in_doubt`),
+    `certain`, or the probability."""
     if effect.partial:
         return "in part"
     if effect.in_doubt:

@@ -80,8 +80,8 @@ class NamedEffect:
     without: FittedModel | None = field(repr=False)
     """The chosen model without the effect, refitted; None if the fit fails."""
     in_doubt: bool = False
-    """Whether one of its parameters ends on a bound of the search, or is one that no rig has: something else may be at
-    work."""
+    """Whether the intervals of all its parameters hold the values at which it vanishes, or one of them ends on a bound
+    of the search or is one that no rig has, so that something else may be at work."""
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,6 @@
 """The last stage of a diagnosis: the plain result, made from all that was fitted and tested."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import scipy
@@ -12,7 +12,8 @@ from prb3r.diagnosis.fit.constants import FRAME, Constants
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.fit.profile import Profile
 from prb3r.diagnosis.fit.tolerance import EstimatedTolerances
-from prb3r.diagnosis.library.hypothesis import Free
+from prb3r.diagnosis.library.hypothesis import Free, Hypothesis
+from prb3r.diagnosis.library.suspect import Estimate
 from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.diagnosis.result.effects import FittedLaw, NamedEffect, ProfileCurve, RivalEffect
 from prb3r.diagnosis.result.investigation import Investigation
@@ -36,6 +37,9 @@ from prb3r.diagnosis.settings import Settings
 from prb3r.model.effects.base import Effect
 from prb3r.model.manipulator import Manipulator
 
+NULL_REACHED = 1e-3
+"""How near the end of an interval comes to the value at which an effect vanishes, as a share of its distance from the
+estimate, to count as reaching it: a bound of the search that is not quite there.  Choice."""
 ONE_POINT = 1e-12
 """Distance of two values in a profile up to which they differ by rounding alone, as a share of the largest value or of
 1."""
@@ -188,6 +192,7 @@ def _effect(named: Named, investigation: Investigation) -> NamedEffect:
     free = {free.name: free for free in hypothesis.free}
     in_doubt = any(end.hypothesis == hypothesis for end in endings(explained))
     in_doubt |= hypothesis.kind == "disk_contact" and impossible_rims(explained)
+    in_doubt |= may_be_absent(hypothesis, named.parameters, friction)
     return NamedEffect(
         name=hypothesis.name,
         kind=hypothesis.kind,
@@ -215,6 +220,27 @@ def _effect(named: Named, investigation: Investigation) -> NamedEffect:
         without=None if named.without is None else _plain_model(named.without),
         in_doubt=in_doubt,
     )
+
+
+def may_be_absent(hypothesis: Hypothesis, parameters: Mapping[str, Estimate], friction: float) -> bool:
+    """Whether the intervals of all fitted parameters of an effect reach the values at which it vanishes.
+
+    Readings do not rule its absence out then, whatever was set aside says, or what is known beforehand.  An effect that
+    does not vanish continuously, or is there in another form where a value ends, has no such interval.  `friction`: the
+    fitted coefficient, from which some parameters are told.
+    """
+    if hypothesis.probes or not hypothesis.free or any(free.limit for free in hypothesis.free):
+        return False
+    told = [(free, parameters[free.name]) for free in hypothesis.free if free.name in parameters]
+    return bool(told) and all(_reaches(estimate, free.value(0.0, friction)) for free, estimate in told)
+
+
+def _reaches(estimate: Estimate, null: float) -> bool:
+    """Whether the interval of an estimate holds a value, or comes within :data:`NULL_REACHED` of the way to it."""
+    if estimate.low is None or estimate.high is None:
+        return False
+    near = NULL_REACHED * abs(estimate.value - null)
+    return estimate.low - near <= null <= estimate.high + near
 
 
 def _values(rival: Rival) -> dict[str, float]:
