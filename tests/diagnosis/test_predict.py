@@ -184,6 +184,33 @@ def test_only_where_it_matters_the_bench_is_asked_for(weak_rig, tmp_path):
     assert told == [False, True]
 
 
+BENT = {"kind": "precurvature", "curvature_per_m": 0.8}
+
+
+def test_whether_another_rig_is_bent_at_rest_alike_is_left_open(weak_rig, tmp_path):
+    """All plates of the recorded rig are bent before any load: half of the draws of another one have plates of the same
+    coil, and what is predicted has straight ones, unless its file says what it has."""
+    plain = load_manipulator(weak_rig / "longer.toml").replace("model", "elastica")
+    bent = Manipulator.model_validate(plain.model_dump(exclude_none=True) | {"effect": [BENT]})
+    straight, alike = (solve(rig, STEPS) for rig in (plain, bent))
+    found = on_benches(weak_rig, tmp_path, [BENT])
+    assert found.manipulator.effect == []
+    np.testing.assert_allclose(found.positions["y_m"], straight["y_m"], atol=1e-9)
+    beyond = found.positions["disk"] > 0
+    ends = (found.positions[f"y_{end}_m"][beyond] for end in ("low", "high"))
+    low, high = ends
+    for rig in (straight, alike):
+        assert rig["y_m"][beyond].between(low, high).all()
+    assert np.abs(alike["y_m"] - straight["y_m"]).max() > 3e-3
+    (said,) = [remark for remark in found.remarks if "of one coil" in remark]
+    assert "the precurvature of all plates" in said
+    one = {"kind": "precurvature", "curvature_per_m": 0.8, "plates": [2]}
+    assert not any("of one coil" in remark for remark in on_benches(weak_rig, tmp_path, [one]).remarks)
+    record = weak_rig / "longer.toml"
+    own = Manipulator.model_validate(load_manipulator(record).model_dump(exclude_none=True) | {"effect": [BENT]})
+    assert not any("of one coil" in remark for remark in predict(tmp_path, own, STEPS, draws=40).remarks)
+
+
 def test_the_command_takes_the_bench_and_its_file_says_what_was_supposed(weak_rig, tmp_path):
     on_benches(weak_rig, tmp_path, [ZERO])
     files = {}

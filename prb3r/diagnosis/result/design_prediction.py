@@ -22,7 +22,7 @@ from prb3r.diagnosis.confidence import TAIL
 from prb3r.diagnosis.result.as_made import as_made
 from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.diagnosis.result.largest_bending import bending_of
-from prb3r.diagnosis.result.learnt_design import LearntDesign, on_benches, said_of_benches
+from prb3r.diagnosis.result.learnt_design import LearntDesign, made_as, on_benches, said_of_benches, said_of_making
 from prb3r.diagnosis.result.posterior import Drawn, Posterior, averaged
 from prb3r.diagnosis.result.projection import MENDED
 from prb3r.diagnosis.result.workshop import common_stiffness_sd, within_tolerances
@@ -105,7 +105,8 @@ def predict_design(
         raise SpecError(Problem(str(manipulator) if isinstance(manipulator, str | Path) else given.name, UNMENDED))
     columns = read_table(steps) if isinstance(steps, str | Path) else steps
     timed = columns is None or TIME in columns
-    designs = on_benches(LearntDesign(known, given, another_copy=another_copy, timed=timed), same_bench)
+    benches = on_benches(LearntDesign(known, given, another_copy=another_copy, timed=timed), same_bench)
+    designs = made_as(benches)
     design = designs[0]
     posterior, (central, left), remarks = design.posterior, design.named, design.remarks
     if design.recorded:
@@ -113,7 +114,8 @@ def predict_design(
         remarks.append(_RECORDED.format(", with its parts as the readings tell them" if parts else ""))
     if verdict == "unexplained":
         remarks.append(UNEXPLAINED)
-    remarks += said_of_benches(designs, "" if steps is None else "half of the draws behind the bands are")
+    half = "" if steps is None else "half of the draws behind the bands are"
+    remarks += [*said_of_benches(benches, half), *said_of_making(designs, half)]
     if steps is None:
         return DesignPrediction(central, left, tuple(remarks), None)
     if left:

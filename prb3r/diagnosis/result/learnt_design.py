@@ -40,6 +40,8 @@ class LearntDesign:
     """Whether it stands on the bench of the recording, mounted alike: then what belongs to the set-up carries over."""
     another_copy: bool = False
     """Whether it is another rig even if its file describes the recorded one."""
+    made_alike: bool = False
+    """Whether, as another rig, it has the rest curvature that all plates of the recorded rig have."""
     timed: bool = True
     """Whether the loads have times; else friction that goes by the rate is taken as it is at its reference rate."""
 
@@ -72,8 +74,14 @@ class LearntDesign:
 
     def _carried(self, effects: Iterable[Effect], there: Manipulator) -> tuple[tuple[Effect, ...], tuple[str, ...]]:
         """The `effects` as they act on the design `there`, and the reasons for those that are left behind."""
-        here, how = self.posterior.manipulator, {"same_bench": self.same_bench, "another_copy": self.another_copy}
-        return carried_effects(effects, here, there, **how)
+        return carried_effects(
+            effects,
+            self.posterior.manipulator,
+            there,
+            same_bench=self.same_bench,
+            another_copy=self.another_copy,
+            made_alike=self.made_alike,
+        )
 
     @property
     def named(self) -> Learnt:
@@ -111,7 +119,30 @@ def on_benches(design: LearntDesign, same_bench: bool | None) -> tuple[LearntDes
     on_bench, elsewhere = (replace(design, same_bench=same) for same in (True, False))
     if same_bench is not None:
         return (on_bench if same_bench else elsewhere,)
-    return (on_bench, elsewhere) if _of_the_bench(on_bench, elsewhere) else (on_bench,)
+    return (on_bench, elsewhere) if _more_of(on_bench, elsewhere) else (on_bench,)
+
+
+def made_as(benches: tuple[LearntDesign, ...]) -> tuple[LearntDesign, ...]:
+    """The designs of :func:`on_benches`, and where all plates of the recorded rig are bent at rest, each of them twice:
+    as another rig whose plates are straight, which is what is taken first, and as one whose plates are bent alike.
+    Nobody knows which, as plates of one coil are bent alike, and those that a workshop bent are not."""
+    straight, alike = benches[0], replace(benches[0], made_alike=True)
+    if not _more_of(alike, straight):
+        return benches
+    return tuple(replace(design, made_alike=bent) for design in benches for bent in (False, True))
+
+
+def said_of_making(designs: tuple[LearntDesign, ...], half: str = "") -> list[str]:
+    """A remark where the `designs` are of both makes, as of :func:`made_as`; `half` says what is of the other one, if
+    anything."""
+    if not any(design.made_alike for design in designs):
+        return []
+    kinds = listed(_more_of(*(next(d for d in designs if d.made_alike == alike) for alike in (True, False))))
+    other = f"; {half} with it" if half else ""
+    return [
+        f"the design is taken to be without the {kinds} of all plates of the recorded rig, which those of one coil may "
+        f"share{other}: state what it has in its file"
+    ]
 
 
 def said_of_benches(designs: tuple[LearntDesign, ...], half: str = "") -> list[str]:
@@ -122,16 +153,17 @@ def said_of_benches(designs: tuple[LearntDesign, ...], half: str = "") -> list[s
     other = f"; {half} for another one" if half else ""
     return [
         "the design is taken to stand on the bench of the recording, mounted alike, with "
-        f"{listed(_of_the_bench(*designs))}{other}: say --same-bench or --other-bench"
+        f"{listed(_more_of(*designs))}{other}: say --same-bench or --other-bench"
     ]
 
 
-def _of_the_bench(on_bench: LearntDesign, elsewhere: LearntDesign) -> tuple[str, ...]:
-    """In words the effects that a design has on the bench of the recording alone: those of the named model, and of
-    others those with a probability of `Settings.alike_rate` or more over all of them."""
+def _more_of(first: LearntDesign, other: LearntDesign) -> tuple[str, ...]:
+    """In words the effects that a design has in the first of two situations alone, as on the bench of the recording:
+    those of the named model, and of others those with a probability of `Settings.alike_rate` or more over all of
+    them."""
     shares = dict[str, float]()
-    for probability, rig in ((1.0, on_bench.posterior.named), *on_bench.posterior.centres):
-        here, rest = (where.of(rig).manipulator.effect for where in (on_bench, elsewhere))
+    for probability, rig in ((1.0, first.posterior.named), *first.posterior.centres):
+        here, rest = (where.of(rig).manipulator.effect for where in (first, other))
         for kind in dict.fromkeys(effect_in_words(effect) for effect in here if effect not in rest):
             shares[kind] = shares.get(kind, 0.0) + probability
     return tuple(kind for kind, share in shares.items() if share >= Settings.alike_rate)

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from prb3r.diagnosis.result.design_prediction import UNEXPLAINED, read_posterior
-from prb3r.diagnosis.result.learnt_design import LearntDesign, on_benches, said_of_benches
+from prb3r.diagnosis.result.learnt_design import LearntDesign, made_as, on_benches, said_of_benches, said_of_making
 from prb3r.diagnosis.result.transfer import other_geometry
 from prb3r.diagnosis.settings import Settings
 from prb3r.errors import Problem, SpecError
@@ -74,15 +74,15 @@ def learnt_study(
     design = _design(spec, path)
     posterior, verdict = read_posterior(diagnosis)
     benches = on_benches(LearntDesign(posterior, design, another_copy=another_copy, timed=False), same_bench)
-    known = benches[0]
-    carried = [where.of(draw) for draw, where in zip(known.posterior.draws(count, seed), cycle(benches))]
+    known, designs = benches[0], made_as(benches)
+    carried = [where.of(draw) for draw, where in zip(known.posterior.draws(count, seed), cycle(designs))]
     drawn, left = [rig for rig, _ in carried], dict.fromkeys(reason for _, reasons in carried for reason in reasons)
     levels = [{"label": str(k), "set": dict(_changes(_plain(design), _plain(rig)))} for k, rig in enumerate(drawn, 1)]
     added = toml_text({"factor": [{"name": LEARNT, "chosen": False, "level": levels}]})
     if spec.sampling is None:
         added = toml_text({"sampling": {"method": "sobol", "count": count}}) + "\n" + added
     remarks = [*(f"left behind: {reason}" for reason in left), *known.remarks]
-    remarks += said_of_benches(benches, "half of the rigs are")
+    remarks += [*said_of_benches(benches, half := "half of the rigs are"), *said_of_making(designs, half)]
     remarks += [*_goes_with_all(spec, known), *_in_place_of_learnt(spec, levels)]
     if verdict == "unexplained":
         remarks.append(f"{UNEXPLAINED}, and the draws leave that out")

@@ -39,7 +39,13 @@ from prb3r.diagnosis.result.same_rig import same_geometry
 from prb3r.diagnosis.settings import Settings
 from prb3r.model.effects.base import Effect
 from prb3r.model.effects.friction import CableFriction, WornHole
-from prb3r.model.effects.plates import NonlinearPlate, SegmentStiffness, WeakenedPlate
+from prb3r.model.effects.plates import (
+    NonlinearPlate,
+    Precurvature,
+    PrecurvatureGradient,
+    SegmentStiffness,
+    WeakenedPlate,
+)
 from prb3r.model.manipulator import Manipulator
 from prb3r.recording.recording import Recording
 
@@ -119,6 +125,7 @@ def carried_effects(
     most_faults: int = Settings.most_faults,
     same_bench: bool = False,
     another_copy: bool = False,
+    made_alike: bool = False,
 ) -> tuple[tuple[Effect, ...], tuple[str, ...]]:
     """The effects of the manipulator `here` as they act on `there`, and the reasons for those that are left behind.
 
@@ -127,10 +134,11 @@ def carried_effects(
     most_faults : number of plates of another stiffness up to which they count as faults of single parts.
     same_bench : whether `there` stands on the bench of `here`, mounted alike.
     another_copy : whether `there`, even if its file is that of `here`, is another rig.
+    made_alike : whether another rig has the rest curvature that all plates of `here` have.
     """
     effects = tuple(effects)
     if another_copy or not same_geometry(here, there):
-        return other_geometry(effects, here, there, most_faults, same_bench)
+        return other_geometry(effects, here, there, most_faults, same_bench, made_alike)
     return _possible(zip(effects, effects, strict=True), here, there)
 
 
@@ -140,6 +148,7 @@ def other_geometry(
     there: Manipulator,
     most_faults: int = Settings.most_faults,
     same_bench: bool = False,
+    made_alike: bool = False,
 ) -> tuple[tuple[Effect, ...], tuple[str, ...]]:
     """The effects as of :func:`carried_effects`, but always for two different rigs, even if their files are equal:
     faults of one part are left behind.
@@ -152,9 +161,19 @@ def other_geometry(
         told = scatter_effects(effects, here, most_faults)
         effects = tuple(effect for effect in effects if effect not in told)
         together = (_SCATTERED.format(_which_scatter(told), mean_stiffness(scatter)),)
-    moved = ((effect, SUSPECTS[effect.kind].carries(same_bench)(effect, here, there)) for effect in effects)
-    carried, left = _possible(moved, here, there)
+
+    def moved(effect: Effect) -> Effect | str:
+        if made_alike and _of_the_making(effect):
+            return effect
+        return SUSPECTS[effect.kind].carries(same_bench)(effect, here, there)
+
+    carried, left = _possible(((effect, moved(effect)) for effect in effects), here, there)
     return carried, (*together, *left)
+
+
+def _of_the_making(effect: Effect) -> bool:
+    """Whether an effect may come from how rigs of one make are made: rest curvature of all plates, as of one coil."""
+    return isinstance(effect, PrecurvatureGradient) or (isinstance(effect, Precurvature) and effect.plates is None)
 
 
 def _possible(
