@@ -139,6 +139,7 @@ def test_what_to_do_names_files_that_are_there_and_only_programs_that_tell(tmp_p
         assert (tmp_path / file).exists()
 
 
+@pytest.mark.long
 def test_nobody_is_told_to_use_what_is_unexplained():
     found = diagnosed(UNEXPLAINED)
     assert found.verdict == "unexplained"

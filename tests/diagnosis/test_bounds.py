@@ -80,6 +80,7 @@ def test_a_size_that_ends_on_a_bound_of_the_search_is_told():
     assert at_bounds(calibrated) == []
 
 
+@pytest.mark.long
 def test_nothing_is_explained_by_a_number_that_ends_where_the_search_ended(monkeypatch):
     """The same recording with and without a remark on such a number."""
     assert diagnosed().verdict == "explained"

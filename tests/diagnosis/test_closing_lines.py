@@ -81,6 +81,7 @@ def test_errors_with_parts_as_told_stand_beside_those_as_drawn_where_they_are_mu
     assert "Predict this rig by prb3r predict, with its parts as the recording tells them" in lines[far][-1]
 
 
+@pytest.mark.long
 def test_what_is_named_in_part_is_never_certain():
     """Of an unexplained recording no probability of a model says that the model is right."""
     case = Case(

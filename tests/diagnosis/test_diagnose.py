@@ -164,6 +164,7 @@ def test_a_mislabelled_weight_is_named_as_such_and_never_as_an_effect(seen):
     assert found.heldout.chi2_calibrated < 1.3 * found.heldout.readings
 
 
+@pytest.mark.long
 def test_weights_that_are_wrong_again_and_again_on_one_cable_are_no_slips():
     recording = recorded(case(seed=6))
     aside = set_aside(recording.of_sequence, recording.loads, 0, Settings())

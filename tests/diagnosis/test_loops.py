@@ -72,6 +72,7 @@ def test_flags_are_suspected_of_superelastic_metals_that_are_bent_back(nitinol, 
     assert not suspected(nitinol._replace(bend=np.zeros_like(nitinol.bend))), "nothing is bent back"
 
 
+@pytest.mark.long
 def test_derivatives_of_loops_are_those_that_fits_follow():
     """Of the chosen model: the readings' derivatives against differences of whole predictions."""
     fitted = investigated(AMONG_ALIKE).choice.fitted

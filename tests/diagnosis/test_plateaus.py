@@ -60,6 +60,7 @@ def test_where_nothing_unloads_plateaus_and_loops_are_said_to_be_alike():
     assert "unload" in remark
 
 
+@pytest.mark.long
 def test_they_are_named_by_their_numbers_and_the_smooth_law_is_told_beside_them():
     found = diagnosed(Case(hidden=(tuple(PLATEAU.items()),), plates=NITINOL))
     assert found.verdict in ("explained", "ambiguous")

@@ -42,13 +42,13 @@ four steps tell little of a time constant of four."""
 
 QUICK = [
     (case(0.6, kind="load_dependent_friction", exponent=0.6, tension_n=95.0), {}),
-    (timed(0.6, kind="rate_dependent_friction", rate=0.08, reference_n_per_s=0.0629), {}),
-    (case(kind="stiffness_gradient", tip_to_base=0.6), {}),
     (case(kind="tension_drift", offset_n_per_step=0.5, cables=("1",)), {"cables": ("1",)}),
     (replace(case(kind="payload_scale", scale=2.0), program="hung"), {}),
 ]
-"""Cases of different sides of the library: friction, time, plates, tensions, loads."""
+"""Cases of different sides of the library: friction, tensions, loads."""
 OTHERS = [
+    (timed(0.6, kind="rate_dependent_friction", rate=0.08, reference_n_per_s=0.0629), {}),
+    (case(kind="stiffness_gradient", tip_to_base=0.6), {}),
     (case(kind="umbilical", stiffness_n_m_per_rad=1.5), {}),
     (case(kind="base_compliance", compliance_rad_per_n_m=0.03), {}),
     (case(kind="base_compliance", compliance_rad_per_n_m=0.08), {}),
@@ -103,6 +103,7 @@ def test_creep_that_was_found_in_seconds_predicts_steps_of_another_pace():
     assert said in predict(found, manipulator(), pd.DataFrame(steps).drop(columns="time_s"), draws=40).remarks
 
 
+@pytest.mark.long
 def test_the_gain_of_all_load_cells_is_told_against_known_weights_beside_what_looks_alike():
     """Tensions that are a tenth larger than noted, on an arm a tenth stiffer, are weights of 1 / 1.1 times theirs."""
     found = diagnosed(replace(case(kind="load_cell", gain=1.1), program="hung"))
@@ -161,6 +162,7 @@ def test_cables_that_hardly_turn_back_leave_static_friction_ambiguous():
     assert {effect.kind, *(rival.kind for rival in effect.rivals)} >= {"breakaway_friction", "load_cell"}
 
 
+@pytest.mark.long
 def test_a_camera_that_moves_steadily_is_named_with_its_speed():
     """By a tenth of a millimetre a step, and by as much turning as moves the tip by about that."""
     true = {"x_m_per_step": -1e-4, "y_m_per_step": 0.0, "angle_rad_per_step": 3e-4}

@@ -56,6 +56,7 @@ def test_every_step_of_a_repetition_matches_its_own():
     ]
 
 
+@pytest.mark.long
 def test_a_camera_that_moved_between_repetitions_is_no_noise():
     many = pulled_again(1.0, times=2)
     later = many.of_sequence >= len(many.sequences) // 2

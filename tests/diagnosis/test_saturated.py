@@ -202,6 +202,7 @@ def test_a_search_whose_first_end_is_worth_too_little_is_given_up_there(doubted,
     assert choice.worth_of_first_start == pytest.approx(worth(choice, few), abs=1)  # it explains the recording
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("least_worth", "asked"), [(-np.inf, 1), (-1e9, 0)])
 def test_softening_with_a_stop_is_begun_from_where_much_is_left_of_a_recording_as_it_is(
     doubted, monkeypatch, least_worth, asked

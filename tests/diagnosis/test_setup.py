@@ -213,6 +213,7 @@ def test_a_noise_stated_wrongly_is_no_blunder():
         assert find_blunder(stated_noisier(recorded(Case(hidden=())), factor), Settings()) is None
 
 
+@pytest.mark.long
 def test_a_blunder_under_a_noise_that_is_not_far_off_leaves_nothing_to_be_explained():
     wrong = PLANTED["the pictures are mirrored: the rig was seen from behind"](recorded(Case(hidden=())))
     plain = [blunders_of(stated_noisier(wrong, 1 / factor), Settings())[-1].plain for factor in (1.0, 1.8, 4.0)]

@@ -99,6 +99,7 @@ def test_steps_that_are_exchanged_are_said():
     assert (found.choice.kinds, found.doubted_steps) == ({"weakened_plate"}, [])
 
 
+@pytest.mark.long
 def test_steps_that_are_exchanged_in_a_sequence_that_was_set_aside_are_said():
     found = investigate(Task(steps_swapped(recorded(Case(hidden=())), "out", 1, 3)))
     (blunder,) = found.blunders

@@ -30,6 +30,7 @@ def doubts(diagnosis: Diagnosis) -> list[str]:
     return [remark for remark in diagnosis.remarks if "what [prior] states of" in remark]
 
 
+@pytest.mark.long
 def test_a_modulus_that_contradicts_what_is_stated_need_be_no_effect():
     """What constants alone say of the modulus is within the interval, though many standard deviations as stated off."""
     known, free = (diagnosis_of(misfiled(Case(hidden=()), **prior)) for prior in ({"youngs_modulus": 0.02}, {}))

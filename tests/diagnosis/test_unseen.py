@@ -294,6 +294,7 @@ def test_effects_that_two_others_replace_together_are_not_sure_of_their_place():
         assert effect.places["plate"] == (4, among)
 
 
+@pytest.mark.long
 def test_an_effect_of_the_most_probable_model_is_named_where_fitted_and_held_out_sequences_together_show_it(
     monkeypatch,
 ):

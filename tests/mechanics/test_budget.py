@@ -38,6 +38,7 @@ def test_a_step_that_may_take_no_more_gives_up_and_says_how_far_it_came(monkeypa
     assert Outcome.GAVE_UP.label == "gave up"
 
 
+@pytest.mark.long
 def test_each_sequence_has_its_own(monkeypatch, chain):
     steps = loads(chain, np.concatenate([PULLS, PULLS, 2 * PULLS]))
     begins = np.arange(12) % 4 == 0

@@ -135,6 +135,7 @@ def errors_of(chain, steps, step=1e-4):
     return worst_error(chain, steps, step, ways)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("sharpness", [np.inf, 2.5], ids=["corners", "smooth"])
 @pytest.mark.parametrize("tip", [0.0, -0.7], ids=["free", "tip load"])
 @pytest.mark.parametrize("plate", [PRB_3R, ELASTICA], ids=["springs", "elastica"])
@@ -152,6 +153,7 @@ def test_derivatives_where_friction_follows_the_travel_too():
     assert max(errors.values()) < 1e-3, errors
 
 
+@pytest.mark.long
 def test_derivatives_of_tied_plates():
     chain = looping(prototype(0.3, plate=ELASTICA)._replace(tied=True), sharpness=2.0)
     errors = errors_of(chain, loads(chain, LOOPS))

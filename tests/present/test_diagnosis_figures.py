@@ -201,6 +201,7 @@ def test_the_page_says_the_verdict_and_what_calibration_had_hidden():
     assert content(alone)["verdict"].startswith("Explained, but with a doubt that the notes tell: one effect (certain)")
 
 
+@pytest.mark.long
 def test_effects_that_meet_the_noise_in_vain_are_doubtful_and_not_poor(tmp_path):
     """Where one law outside the library is likelier than the effects, the fit is good all the same."""
     poor = diagnosed(UNEXPLAINED)

@@ -3,6 +3,7 @@
 from dataclasses import make_dataclass
 
 import numpy as np
+import pytest
 
 from prb3r.proof.concealed import real
 from prb3r.proof.concealed.candidates import candidates
@@ -29,6 +30,7 @@ def test_one_rare_effect_comes_before_others_that_the_rig_knows_beside_it():
     assert seen == {kind for kind, record in RECORDS.items() if record.rare}
 
 
+@pytest.mark.long
 def test_a_rig_of_nitinol_goes_beyond_the_plateau_of_its_material():
     rng, designs = np.random.default_rng(6), [design_of(2, k, Flavour.REAL_NITINOL) for k in range(8)]
     shown = [{group[0].kind for group in candidates(design, rare=True)} for design in designs]
