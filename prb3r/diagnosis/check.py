@@ -9,6 +9,7 @@ from prb3r.diagnosis.checks.predicting import predicting
 from prb3r.diagnosis.checks.residuals import ModelCheck, model_checks
 from prb3r.diagnosis.checks.setup.find import Blunder
 from prb3r.diagnosis.checks.tolerated import tolerances_told
+from prb3r.diagnosis.checks.unread import disk_to_read
 from prb3r.diagnosis.checks.unseen import JudgedSequence, Unseen, unseen
 from prb3r.diagnosis.checks.verdict import empirical_law, verdict_on, why_doubtful, why_misleading, why_unexplained
 from prb3r.diagnosis.evidence.stated_accuracy import share_of_stated
@@ -127,6 +128,7 @@ def check(searched: Searched, blunder: Blunder | None = None) -> Investigation:
             *_on_the_noise(choice, doubted, fresh),
             *(off_as_drawn(fresh, choice.fitted, reported) if not failed else ()),
             *missed,
+            *(disk_to_read(choice) if verdict == "ambiguous" else ()),
             *(as_the_file_has_it(fresh, refitted or reported, filed) if fresh and filed else ()),
             *_on_what_was_set_aside(choice, before, fresh, failed, refuted),
         ),
