@@ -11,8 +11,8 @@ from prb3r.diagnosis.checks.unread import disk_to_read
 
 @pytest.fixture(scope="module")
 def alternatives():
-    """A choice between a weak plate 4 and a softer segment 2, which holds plates 4 to 6, with the readings of some disks
-    alone; both sets are fitted to the readings of all."""
+    """A choice between a weak plate 4 and a softer segment 2, which holds plates 4 to 6, with the readings of some
+    disks alone; both sets are fitted to the readings of all."""
     found = investigated(Case())
     weak, soft = found.explained, rival_of(found)
 
