@@ -170,8 +170,8 @@ def test_what_is_of_the_material_carries_over_and_faults_stay():
 def test_what_carries_over_but_is_not_certain_is_told_with_its_probability():
     clamps, play = ClampCompliance(compliance_rad_per_n_m=0.01), HoleClearance(clearance_m=1e-4)
     effects = [
-        SimpleNamespace(kind="clamp_compliance", certain=False, partial=False, probability=0.36),
-        SimpleNamespace(kind="hole_clearance", certain=True, partial=False, probability=1.0),
+        SimpleNamespace(kind="clamp_compliance", in_doubt=False, certain=False, partial=False, probability=0.36),
+        SimpleNamespace(kind="hole_clearance", in_doubt=False, certain=True, partial=False, probability=1.0),
     ]
     known = told(explained=SimpleNamespace(effects=[clamps, play]), effects=effects, alternatives=(("gravity",),))
     carried, weighed = belief.carry_over(known)
