@@ -18,6 +18,7 @@ from prb3r.diagnosis.result.tell import tell
 from prb3r.diagnosis.search.experiment import best_experiments
 from prb3r.diagnosis.search.rivals import Rival
 from prb3r.diagnosis.settings import Settings
+from prb3r.present.diagnosis.sentences import verdict_sentences
 
 KINDS = "gravity", "pulley_friction", "weakened_plate", "precurvature", "tension_offset"
 
@@ -177,3 +178,30 @@ def test_the_distance_of_a_program_that_tells_much_is_written_out():
     (pair,) = disputed().experiments
     (far,) = proposed([pair._replace(experiment=replace(pair.experiment, separation=1234.0))])
     assert "by a squared distance of 1234 in units of the noise" in far.statement
+
+
+def test_effects_none_of_which_is_sure_are_said_to_be_looked_for():
+    """Nothing at 19 %, a softer segment at 47, a weak plate at 29, anything else at 5."""
+    sets = {(): 0.19, ("segment_stiffness",): 0.47, ("weakened_plate",): 0.29, ("hole_offset",): 0.05}
+    models = [
+        SimpleNamespace(probability=share, effects=[SimpleNamespace(kind=kind) for kind in kinds])
+        for kinds, share in sets.items()
+    ]
+    found = SimpleNamespace(
+        setup=(),
+        why="",
+        verdict="ambiguous",
+        effects=(),
+        share_of_stated=1.0,
+        heldout=None,
+        rival_blunder=None,
+        experiments=(),
+        alternatives=(),
+        posterior=SimpleNamespace(models=models),
+        settings=Settings().plain(),
+    )
+    said = what_to_do(found)
+    assert said.startswith("Look at the rig itself for segment stiffness and weakened plate: some effect is likelier")
+    assert verdict_sentences(found).endswith(
+        "some effect is likelier there than none, though no one is sure enough to be named."
+    )

@@ -38,8 +38,7 @@ def verdict_sentences(diagnosis: Diagnosis) -> str:
     if diagnosis.verdict == "ambiguous" and not count:
         return (
             "Not explained surely: with its constants refitted the nominal model leaves nothing that these recordings "
-            "show, but a constant ends as far off as is allowed, and an effect that is not named is likelier there "
-            "than not."
+            "show, but some effect is likelier there than none, though no one is sure enough to be named."
         )
     if diagnosis.verdict == "ambiguous":
         rivalled = diagnosis.alternatives or any(effect.rivals or not effect.certain for effect in diagnosis.effects)
