@@ -205,3 +205,5 @@ def test_effects_none_of_which_is_sure_are_said_to_be_looked_for():
     assert verdict_sentences(found).endswith(
         "some effect is likelier there than none, though no one is sure enough to be named."
     )
+    found.verdict = "adequate"
+    assert "no effect is sure enough to be added, though some effect is likely there (81 %)" in what_to_do(found)

@@ -64,8 +64,9 @@ def test_an_error_counts_as_worse_only_beyond_that_of_constants_and_noise():
         ({}, 0.3, False, True, "adequate"),
         ({"tip_load_friction": 0.7}, 0.7, False, False, "adequate"),
         ({"tip_load_friction": 0.7}, 0.7, False, True, "ambiguous"),
-        ({}, 0.8, False, False, "ambiguous"),  # one of several, none of which is likelier there than not
-        ({}, 0.8, True, False, "adequate"),  # within a noise that is stated too large
+        ({}, 0.8, False, False, "adequate"),
+        ({}, 0.95, False, False, "ambiguous"),  # one of several, none of which is likelier there than not
+        ({}, 0.95, True, False, "adequate"),  # within a noise that is stated too large
     ],
 )
 def test_constants_are_not_adequate_where_effects_are_likely_together_or_beside_one_on_a_bound(

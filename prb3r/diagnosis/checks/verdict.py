@@ -73,7 +73,7 @@ def why_unexplained(
 def verdict_on(choice: Choice, unsure: bool, impossible: bool = False) -> str:
     """The verdict on a choice that passes every check: `adequate`, `explained` or `ambiguous`.
 
-    Constants alone are `ambiguous` where some effect is there with a probability of `Settings.positive_presence`,
+    Constants alone are `ambiguous` where some effect is there with a probability of `Settings.any_presence`,
     though none is sure enough to be named, and where one of them is `impossible` and an effect is likelier there than
     not.  What is left within a noise that is stated too large speaks for no effect.
 
@@ -84,11 +84,11 @@ def verdict_on(choice: Choice, unsure: bool, impossible: bool = False) -> str:
         predicted by other models alone.
     impossible : whether a constant ends as far from its nominal value as is allowed, and that one does not fit.
     """
-    least = choice.fitted.model.settings.positive_presence
+    settings = choice.fitted.model.settings
     if not choice.kinds:
-        some = choice.of_any > least and not choice.structured
+        some = choice.of_any > settings.any_presence and not choice.structured
         return "ambiguous" if some or (impossible and choice.likely) else "adequate"
-    more = max(choice.likely.values(), default=0.0) > least
+    more = max(choice.likely.values(), default=0.0) > settings.positive_presence
     return "ambiguous" if unsure or more or choice.alternatives or choice.structured else "explained"
 
 

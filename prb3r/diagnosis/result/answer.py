@@ -159,7 +159,10 @@ def predicted_worse(diagnosis: Diagnosis) -> str:
 
 def _where_nothing_is_named(diagnosis: Diagnosis) -> str:
     """What is said of effects where none is named: that none is needed, or which may be there nevertheless."""
-    unnamed = likely_unnamed(diagnosis)
+    unnamed, settings = likely_unnamed(diagnosis), Settings(**diagnosis.settings)
+    some = sum(model.probability for model in diagnosis.posterior.models if model.effects)
+    if not unnamed and some > settings.positive_presence and diagnosis.share_of_stated >= 1:
+        return f"no effect is sure enough to be added, though some effect is likely there ({100 * some:.0f} %)"
     if not unnamed:
         return "no effect needs to be added"
     return f"no effect is sure enough to be added, though {in_words(unnamed)} may be there, likelier than not"
