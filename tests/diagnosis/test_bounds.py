@@ -91,16 +91,18 @@ def test_nothing_is_explained_by_a_number_that_ends_where_the_search_ended(monke
 
 
 def test_no_effect_is_certain_with_a_number_that_ends_where_the_search_ended(monkeypatch):
-    """Of one and the same investigation."""
+    """Or with one whose interval holds its absence; of one and the same investigation."""
     found = investigated(Case())
     (sure,) = tell(found).effects
     (hypothesis,) = found.explained.model.hypotheses
     end = Ending(hypothesis, hypothesis.free[0], 0.05, above=False)
-    monkeypatch.setattr(telling, "endings", lambda fitted: [end])
-    (doubted,) = tell(found).effects
-    assert (sure.certain, doubted.certain) == (True, False)
-    assert (sureness(sure), sureness(doubted)) == ("certain", "in doubt")
-    assert doubted.probability == sure.probability
+    for name, says in (("endings", lambda fitted: [end]), ("may_be_absent", lambda *known: True)):
+        with monkeypatch.context() as patched:
+            patched.setattr(telling, name, says)
+            (doubted,) = tell(found).effects
+        assert (sure.certain, doubted.certain) == (True, False)
+        assert (sureness(sure), sureness(doubted)) == ("certain", "in doubt")
+        assert doubted.probability == sure.probability
 
 
 def test_an_effect_all_of_whose_intervals_hold_its_absence_may_be_absent():

@@ -71,6 +71,7 @@ def test_a_planted_blunder_is_named_and_its_mending_undoes_it(blunder):
     named = find_blunder(PLANTED[blunder](right), Settings())
     assert named is not None
     assert blunder in (named.blunder, *named.alike)
+    assert not any(other.startswith(named.blunder) for other in named.alike)  # as from the second step on
     if named.blunder == blunder:
         mended = named.mended
         np.testing.assert_allclose(mended.loads.tension, right.loads.tension, rtol=1e-12)
