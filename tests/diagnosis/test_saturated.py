@@ -23,6 +23,8 @@ from prb3r.diagnosis.search.starts import add_refitted, mean_log_odds, search_ef
 from prb3r.diagnosis.search.worth import worth
 from prb3r.diagnosis.stages import calibrate, doubt
 
+pytestmark = pytest.mark.long
+
 TOGETHER = (
     {"kind": "nonlinear_plate", "law": "smooth", "knee_strain": 0.0018, "ratio": 0.3, "sharpness": 4.0},
     {"kind": "disk_contact", "angle_rad": 0.2, "stiffness_n_m_per_rad": 40.0},
@@ -60,7 +62,6 @@ def test_it_has_every_common_kind_once_and_no_part_of_the_rig(doubted):
     assert {"nonlinear_plate", "disk_contact", "tension_offset"} <= set(kinds)
 
 
-@pytest.mark.long
 def test_elimination_tries_another_effect_where_a_fit_loses_its_valley(doubted, full, monkeypatch):
     tried = []
 
@@ -113,7 +114,6 @@ def test_taken_away_one_after_another_what_is_there_is_left_last(doubted, full):
     assert evidence[-2] == max(evidence) > evidence[0] + 5
 
 
-@pytest.mark.long
 def test_from_the_full_side_the_same_effects_are_left_as_from_the_empty_one(doubted, whole, full):
     fitted, search, doubts = doubted.fitted, doubted.search, doubted.doubts
     pool = Pool(search, fitted.model.settings, [fitted, full])
@@ -167,7 +167,6 @@ def among(search, *kinds):
     return replace(search, library=tuple(each for each in search.library if each.kind in kinds))
 
 
-@pytest.mark.long
 @pytest.mark.parametrize("useless", [True, False])
 def test_all_effects_together_that_explain_nothing_are_not_searched_from(doubted, begun, monkeypatch, useless):
     if useless:
@@ -202,7 +201,6 @@ def test_a_search_whose_first_end_is_worth_too_little_is_given_up_there(doubted,
     assert choice.worth_of_first_start == pytest.approx(worth(choice, few), abs=1)  # it explains the recording
 
 
-@pytest.mark.long
 @pytest.mark.parametrize(("least_worth", "asked"), [(-np.inf, 1), (-1e9, 0)])
 def test_softening_with_a_stop_is_begun_from_where_much_is_left_of_a_recording_as_it_is(
     doubted, monkeypatch, least_worth, asked

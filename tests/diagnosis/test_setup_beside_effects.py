@@ -35,6 +35,8 @@ from prb3r.diagnosis.settings import Settings
 from prb3r.diagnosis.stages import to_search
 from prb3r.recording.plausibility import contradicted_slips
 
+pytestmark = pytest.mark.long
+
 RIGHT = {
     "nothing": (),
     "a dead cable": ({"kind": "dead_cable", "cable": "1"},),
@@ -61,7 +63,6 @@ def test_physics_is_no_blunder(hidden):
         assert not without_blunders(Task(case), lambda stage: None, serially).blunders
 
 
-@pytest.mark.long
 def test_a_blunder_is_told_from_the_physics_that_was_left_out_beside_it():
     hidden = ({"kind": "pulley_friction", "efficiency": 0.85}, {"kind": "precurvature", "curvature_per_m": 1.5})
     right = recorded(Case(hidden=tuple(tuple(effect.items()) for effect in hidden)))
@@ -72,7 +73,6 @@ def test_a_blunder_is_told_from_the_physics_that_was_left_out_beside_it():
     assert searched.choice.kinds == {"pulley_friction", "precurvature"}
 
 
-@pytest.mark.long
 def test_a_blunder_that_effects_hide_shows_beside_those_that_were_found():
     """In a sequence that was set aside: what the others tell predicts it no more."""
     hidden = RIGHT["four effects"]
@@ -89,7 +89,6 @@ def test_a_blunder_that_effects_hide_shows_beside_those_that_were_found():
     assert moved.blunder == "the pictures of sequence mixed belong to the step before the one they are noted at"
 
 
-@pytest.mark.long
 def test_steps_that_are_exchanged_are_said():
     """Their weights are not believed, each being the other's; beside a plate that is weak."""
     found = investigate(Task(steps_swapped(recorded(), "mixed", 2, 3), without=RUBBING | YIELDING))
@@ -99,7 +98,6 @@ def test_steps_that_are_exchanged_are_said():
     assert (found.choice.kinds, found.doubted_steps) == ({"weakened_plate"}, [])
 
 
-@pytest.mark.long
 def test_steps_that_are_exchanged_in_a_sequence_that_was_set_aside_are_said():
     found = investigate(Task(steps_swapped(recorded(Case(hidden=())), "out", 1, 3)))
     (blunder,) = found.blunders
@@ -126,7 +124,6 @@ def test_a_mending_moves_nothing_where_its_cable_is_dead(dead):
     assert not any(moves_nothing(blunder(right).only(fitted_of), fitted) for blunder in others)
 
 
-@pytest.mark.long
 def test_what_moves_nothing_is_no_blunder_and_what_was_found_with_it_stands(dead, monkeypatch):
     """Of a rig of seed 101 with a dead cable and touching disks constants alone bent so far otherwise that the search
     missed both, but for a cable of the other sign."""
@@ -143,7 +140,6 @@ def test_what_moves_nothing_is_no_blunder_and_what_was_found_with_it_stands(dead
     assert not doubted.search.assumed.values  # found in the same readings, it is not likelier beforehand
 
 
-@pytest.mark.long
 def test_forgotten_slips_show_although_slip_along_the_path_stands_in_for_them():
     """Without the weak plate they gain too little; and slip along the path leaves no slip to be declared."""
     found = investigate(Task(without_slips(recorded())))
@@ -193,7 +189,6 @@ def test_to_lose_photographs_is_no_gain():
     assert speaks_for(*outcomes, honest - 1)
 
 
-@pytest.mark.long
 def test_a_blunder_that_explains_by_fewer_effects_stands_beside_them(set_up):
     assert not set_up.blunders
     assert set_up.rival.blunder == "slip is declared with the wrong sign in sequence mixed"
@@ -242,7 +237,6 @@ def test_a_blunder_must_still_show_beside_what_explains_the_mended_recording(wea
     assert (found is unexplained) == (not blunders)
 
 
-@pytest.mark.long
 def test_a_recording_with_a_clear_blunder_is_not_searched_to_the_end_as_it_is(monkeypatch):
     """What a blunder has spoiled is searched for long, and in vain."""
     wrong = PLANTED["cables 1 and 4 are exchanged"](recorded(Case(hidden=(tuple(WEAK.items()),))))
