@@ -123,7 +123,8 @@ class SequencesSettings:
     """Share of the highest load by which two steps differ at most that a third is compared with in between.  Choice."""
     misleading: float = 2.0
     """Effects mislead that, with all parts as drawn, predict what was set aside so many times as far off as constants
-    alone do, and so do refitted constants beside those of the file.  Choice: of 20 simulated rigs with effects (seed 49) none does even as far off as that."""
+    alone do, and so do refitted constants beside those of the file.  Choice: of 20 simulated rigs with effects (seed
+    49) none does even as far off as that."""
     worse: float = 1.2
     """Effects predict what was set aside worse than constants alone if their error is so many times as large, and so
     many times the noise.  Choice: by a fifth, as some twenty readings tell an error to a sixth."""
