@@ -11,7 +11,7 @@ import numpy as np
 
 from prb3r.diagnosis.check import check
 from prb3r.diagnosis.checks.setup.find import Blunder, blunders_of, find_blunder
-from prb3r.diagnosis.checks.setup.weigh import is_rival, moves_nothing, speaks_for
+from prb3r.diagnosis.checks.setup.weigh import is_left_behind, is_rival, moves_nothing, speaks_for
 from prb3r.diagnosis.fit.calibrate import OutOfBalance
 from prb3r.diagnosis.known import Searched, Task, Tested
 from prb3r.diagnosis.result.diagnosis import Diagnosis
@@ -262,6 +262,8 @@ def _mended_beside(
         tested = to_test(_mended(task, blunders), lambda stage: None, apply)
         if last.faint and len(choice.kinds) == 1 and leaves_something(tested):
             return None  # to save the only effect, constants alone would have to explain the mended recording
+        if not choice.structured and is_left_behind(tested.doubted.fitted, tested.doubted.doubts, choice):
+            return None
         return search(tested, least_worth)
     except OutOfBalance:
         return None

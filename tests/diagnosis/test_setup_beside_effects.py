@@ -21,7 +21,7 @@ from diagnosis.simulated import IMITATING, RUBBING, WEAK, YIELDING, Case, record
 from prb3r.diagnosis import investigate as around
 from prb3r.diagnosis.check import check
 from prb3r.diagnosis.checks.setup.find import Blunder, blunders_of, find_blunder
-from prb3r.diagnosis.checks.setup.weigh import moves_nothing, speaks_for
+from prb3r.diagnosis.checks.setup.weigh import is_left_behind, moves_nothing, speaks_for
 from prb3r.diagnosis.fit.calibrate import fit_constants
 from prb3r.diagnosis.fit.covariance import NoiseLevel
 from prb3r.diagnosis.fit.prediction import predictor
@@ -32,7 +32,7 @@ from prb3r.diagnosis.result.tell import tell
 from prb3r.diagnosis.search.apply import serially
 from prb3r.diagnosis.search.search import Search
 from prb3r.diagnosis.settings import Settings
-from prb3r.diagnosis.stages import to_search
+from prb3r.diagnosis.stages import to_search, to_test
 from prb3r.recording.plausibility import contradicted_slips
 
 pytestmark = pytest.mark.long
@@ -111,6 +111,18 @@ def dead():
     right = recorded(Case(hidden=(tuple(RIGHT["a dead cable"][0].items()),)))
     (cable,) = (cable for cable in right.manipulator.cable if cable.name == "1")
     return right, other_cables(right, cable_1={"offset_m": -cable.offset_m})
+
+
+def test_what_explains_a_recording_leaves_a_mended_one_behind_unless_the_blunder_is_there(dead):
+    right, turned = dead
+    explained = to_search(Task(turned), lambda stage: None, serially).choice
+
+    def behind(mended):
+        tested = to_test(Task(mended), lambda stage: None, serially)
+        return is_left_behind(tested.doubted.fitted, tested.doubted.doubts, explained)
+
+    assert not behind(right)
+    assert behind(PLANTED["disks 5 and 6 are exchanged"](turned))
 
 
 def test_a_mending_moves_nothing_where_its_cable_is_dead(dead):

@@ -53,8 +53,9 @@ class BlundersSettings:
     """Share of what constants leave beyond noise that counts as most of it.  Choice: of simulated arms whose frame was
     right a motion took at most 0.65 of what missing physics left; of one with its origin 6 mm off it took all."""
     blunder_fall: float = 10.0
-    """Fall of the mean square from which on a blunder is said although effects do not explain the rest.  Choice: an
-    order of magnitude."""
+    """Fall of the mean square from which on a blunder is said although effects do not explain the rest; and rise of
+    that of what explains the recording as it is from which on the mended one is not searched (:func:`is_left_behind`).
+    Choice: an order of magnitude."""
     clear_blunder: float = 3.0
     """How many times what has to speak for a blunder the first end of the search with it mended must be ahead for the
     search of the recording as it is to be given up.  Choice, for time: four recordings with exchanged disks, cables or

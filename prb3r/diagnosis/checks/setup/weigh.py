@@ -1,8 +1,12 @@
 """A blunder weighed against effects, by searches of the recording as it is and of the mended recording."""
 
+from dataclasses import replace
+
 import numpy as np
 
+from prb3r.diagnosis.evidence.outliers import Doubts
 from prb3r.diagnosis.fit.covariance import reading_sd
+from prb3r.diagnosis.fit.least_squares import fit
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.fit.prediction import predictor
 from prb3r.diagnosis.search.search import Search
@@ -54,6 +58,23 @@ def _best(choice: Choice, search: Search, photographs: int) -> tuple[Fit, float]
     worth = {fitted: worth_of(fitted, choice.level.level, search, photographs) for fitted in choice.tried}
     best = max(worth, key=worth.__getitem__)
     return best, worth[best]
+
+
+def is_left_behind(mended: Fit, doubts: Doubts, as_it_is: Choice) -> bool:
+    """Whether what explains a recording as it is misses the mended one by far, so that no search of that is needed.
+
+    Effects that imitate a blunder vanish once it is mended: a model with them and with what the rig has beside holds
+    for the mended recording too.  It does not where its mean square, refitted, is `Settings.blunder_fall` times as
+    large as for the recording as it is, both under the noise that was found in that one.
+
+    Parameters
+    ----------
+    mended, doubts : the constants alone fitted to the mended recording, and what is doubted in it.
+    """
+    fitted, settings = as_it_is.fitted, mended.model.settings
+    noise = replace(doubts, level=as_it_is.level.level).noise(mended.model.predict, mended.solved, settings)
+    refitted = fit(replace(fitted.model, predict=mended.model.predict, noise=noise), fitted.p)
+    return refitted is not None and refitted.reduced > settings.blunder_fall * fitted.reduced
 
 
 def moves_nothing(as_noted: Recording, fitted: Fit) -> bool:
