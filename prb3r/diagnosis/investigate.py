@@ -171,11 +171,14 @@ def without_blunders(task: Task, report: Report, apply: Apply) -> SetUp:
     supports it (:func:`speaks_for`).  A search is stopped after its first start where that settles the comparison
     (:func:`_both_begun`, :func:`_mended_beside`).  If mending changes no prediction with the effects found in the
     mended recording, as for a cable that turns out to be dead, there is no blunder, and the recording as it is is
-    searched again from these effects.  A blunder that is sure (`Blunder.sure`) is reported without such a comparison.
+    searched again from these effects.  A blunder that is sure (`Blunder.sure`) is reported
+    without such a comparison, unless mending it changes no prediction.
     """
     blunders = blunders_of(task.recording, task.settings, apply)
     if not blunders or blunders[-1].sure:
-        return SetUp(to_search(_mended(task, blunders), report, apply), blunders)
+        searched = to_search(_mended(task, blunders), report, apply)
+        again = _where_mending_moves_nothing(task, searched, blunders[:-1], apply) if blunders else None
+        return SetUp(again, blunders[:-1]) if again else SetUp(searched, blunders)
     sure = blunders[: next(k for k, blunder in enumerate(blunders) if not blunder.sure)]
     as_it_is, said = to_test(_mended(task, sure), report, apply), sure
     report("search")
@@ -192,15 +195,25 @@ def without_blunders(task: Task, report: Report, apply: Apply) -> SetUp:
         if not _speaks(other, searched, blunder.least):
             rival = is_rival(_weighed(other), _weighed(searched))
             return SetUp(searched, said, blunder, other) if rival else SetUp(searched, said)
-        as_noted, fitted = _mended(task, said), other.choice.fitted
-        if moves_nothing(fitted_part(as_noted.recording, other.tested.doubted.aside), fitted):
-            found = adjusted(as_noted.recording.manipulator, fitted.constants, fitted.effects)
-            searched = to_search(replace(as_noted, start_from=found), lambda stage: None, apply)
+        if again := _where_mending_moves_nothing(task, other, said, apply):
+            searched = again
             break
         searched, said = other, blunders[:count]
         if not other.choice.structured:
             break
     return SetUp(searched, said)
+
+
+def _where_mending_moves_nothing(
+    task: Task, mended: Searched, before: tuple[Blunder, ...], apply: Apply
+) -> Searched | None:
+    """The effects chosen with only the blunders `before` mended, begun from those found with one more `mended`; None if
+    mending that one changes a prediction with these."""
+    as_noted, fitted = _mended(task, before), mended.choice.fitted
+    if not moves_nothing(fitted_part(as_noted.recording, mended.tested.doubted.aside), fitted):
+        return None
+    found = adjusted(as_noted.recording.manipulator, fitted.constants, fitted.effects)
+    return to_search(replace(as_noted, start_from=found), lambda stage: None, apply)
 
 
 def _both_begun(

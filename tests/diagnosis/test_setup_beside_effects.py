@@ -136,11 +136,12 @@ def test_a_mending_moves_nothing_where_its_cable_is_dead(dead):
     assert not any(moves_nothing(blunder(right).only(fitted_of), fitted) for blunder in others)
 
 
-def test_what_moves_nothing_is_no_blunder_and_what_was_found_with_it_stands(dead, monkeypatch):
+@pytest.mark.parametrize("sure", [False, True])
+def test_what_moves_nothing_is_no_blunder_and_what_was_found_with_it_stands(dead, monkeypatch, sure):
     """Of a rig of seed 101 with a dead cable and touching disks constants alone bent so far otherwise that the search
     missed both, but for a cable of the other sign."""
     right, turned = dead
-    blunder = Blunder("offset_m of cable 1 has the wrong sign", (), "manipulator.toml", turned, False, 1.0)
+    blunder = Blunder("offset_m of cable 1 has the wrong sign", (), "manipulator.toml", turned, sure, 1.0)
     monkeypatch.setattr(around, "blunders_of", lambda *_: (blunder,))
     monkeypatch.setattr(around, "speaks_for", lambda *_: True)
     searched, blunders, *_ = without_blunders(Task(right), lambda stage: None, serially)
