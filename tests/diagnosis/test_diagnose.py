@@ -215,6 +215,23 @@ def test_no_sequence_is_set_aside_that_alone_has_a_weight_hung_on(hung):
     assert {k for some in aside for k in some} == {0, 1, 3, 4, 5}
 
 
+def test_sequences_that_only_hang_weights_judge_nothing_where_others_pull_cables():
+    """Six sequences, each of a kind that is there thrice: three pull a cable, three hang weights on the tip."""
+    tension, slip = np.tile([[5.0], [10], [5]], (6, 1)), np.tile([[-1.0], [-1], [1]], (6, 1))
+    of_sequence = np.repeat(np.arange(6), 3)
+    hanging = of_sequence > 2
+    tension[hanging] = 0.5
+    weighed = pulled(tension, slip)._replace(tip=np.where(hanging[:, None], [0.0, -1.0, 0.0], 0.0))
+    aside = {set_aside(of_sequence, weighed, seed, Settings()) for seed in range(20)}
+    assert aside == {(0,), (1,), (2,)}
+    only = weighed._replace(tension=np.zeros_like(tension))
+    assert {k for some in (set_aside(of_sequence, only, seed, Settings()) for seed in range(20)) for k in some} >= {
+        3,
+        4,
+        5,
+    }
+
+
 def test_sequences_without_readings_are_not_set_aside_and_show_nothing():
     """Six sequences that pull alike, but cable 2 only in the first and the last."""
     tension, slip = np.tile([[5.0, 0], [10, 0], [5, 0]], (6, 1)), np.tile([[-1.0], [-1], [1]], (6, 2))

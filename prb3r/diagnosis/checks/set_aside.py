@@ -14,7 +14,8 @@ def set_aside(
 
     What the recording shows twice the others must show twice, and what it shows once, once: every cable drawn in, paid
     out and pulled hard, every pair of cables pulled together, every load on the tip or on a disk.  Where none can be
-    set aside so, once is enough, and where still none can, nothing is asked.
+    set aside so, once is enough, and where still none can, nothing is asked.  Sequences that pull no cable hard are set
+    aside only where no other one can be: what acts by the cables does not show in them, and they could not judge it.
 
     Parameters
     ----------
@@ -33,9 +34,10 @@ def set_aside(
     used = np.stack([np.concatenate([way, pairs, hung], 1)[of_sequence == k].any(0) for k in range(count)])
     used &= known[:, None]
     order, most = np.random.default_rng(seed).permutation(count), max(int(known.sum() * settings.held_out_share), 1)
-    for least in (2, 1, 0):
+    telling = known & np.array([hard[of_sequence == k].any() for k in range(count)])
+    for among, least in ((telling, 2), (telling, 1), (known, 2), (known, 1), (known, 0)):
         chosen: list[int] = []
-        for k in order[known[order]]:
+        for k in order[among[order]]:
             rest = np.delete(used, [*chosen, k], axis=0)
             if len(chosen) < most and (rest.sum(0) >= np.minimum(used.sum(0), least)).all():
                 chosen.append(int(k))
