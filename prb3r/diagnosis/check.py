@@ -37,6 +37,7 @@ from prb3r.diagnosis.result.remarks import (
     not_predicted,
     not_ruled_out,
     or_a_blunder,
+    other_forms,
     predicted_by_others,
     refuted_sets,
 )
@@ -126,6 +127,7 @@ def check(searched: Searched, blunder: Blunder | None = None) -> Investigation:
             *frame_of_constants_alone(refitted),
             *_on_the_model(choice, doubted, checks, tolerances, unexplained=bool(why)),
             *_on_the_noise(choice, doubted, fresh),
+            *(() if why else other_forms(named)),
             *(off_as_drawn(fresh, choice.fitted, reported) if not failed else ()),
             *missed,
             *(disk_to_read(choice) if verdict == "ambiguous" else ()),

@@ -18,9 +18,8 @@ from prb3r.diagnosis.fit.least_squares import fit, polished
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.investigate import without_blunders
 from prb3r.diagnosis.known import Searched, Task
-from prb3r.diagnosis.library.hypothesis import Hypothesis
+from prb3r.diagnosis.library.hypothesis import FORMS, Hypothesis
 from prb3r.diagnosis.search.apply import serially
-from prb3r.diagnosis.search.saturated import FORMS
 from prb3r.errors import Prb3rError
 from prb3r.proof.arguments import of_a_run
 from prb3r.proof.concealed.composition import drawn_design, flavours, requests

@@ -12,12 +12,13 @@ from prb3r.diagnosis.fit.covariance import NoiseLevel
 from prb3r.diagnosis.fit.least_squares import fit
 from prb3r.diagnosis.known import Task
 from prb3r.diagnosis.library import SUSPECTS
+from prb3r.diagnosis.library.hypothesis import FORMS
 from prb3r.diagnosis.search import starts
 from prb3r.diagnosis.search.apply import serially
 from prb3r.diagnosis.search.exchange import without_effect
 from prb3r.diagnosis.search.pairs import paired, softening_to_a_stop
 from prb3r.diagnosis.search.pool import Pool
-from prb3r.diagnosis.search.saturated import FORMS, common_of_whole_rig, eliminated, saturated
+from prb3r.diagnosis.search.saturated import common_of_whole_rig, eliminated, saturated
 from prb3r.diagnosis.search.selection import choose, explore_until_settled
 from prb3r.diagnosis.search.starts import add_refitted, mean_log_odds, search_effects
 from prb3r.diagnosis.search.worth import worth

@@ -18,6 +18,9 @@ solved to.
 """
 NAMES_OF_PARTS = frozenset({"plate", "plates", "segment", "disk", "cable", "cables"})
 """Names in the place of an effect that tell which parts of a rig it concerns."""
+FORMS = frozenset({"law", "side", "sections", "elements"})
+"""Keys of `Hypothesis.place` that state the form of an effect, not its place: with these alone it concerns the whole
+rig."""
 
 
 class Free(NamedTuple):
@@ -119,6 +122,11 @@ class Hypothesis:
     def same_form(self, other: "Hypothesis") -> bool:
         """Whether both are the same effect and have the same free parameters."""
         return self.same_effect(other) and [free.name for free in self.free] == [free.name for free in other.free]
+
+    def in_another_form(self, other: "Hypothesis") -> bool:
+        """Whether both are the same kind of effect on the same parts, in different forms (:data:`FORMS`)."""
+        here, there = (tuple(part for part in each.place if part[0] not in FORMS) for each in (self, other))
+        return self.kind == other.kind and here == there and self.place != other.place
 
     @property
     def of_whole_rig(self) -> bool:

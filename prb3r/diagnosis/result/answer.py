@@ -174,7 +174,7 @@ def _open_question(effect: NamedEffect) -> str:
     name, rivals = in_words([effect.kind]), list(dict.fromkeys(rival.kind for rival in effect.rivals))
     if others := [kind for kind in rivals if kind != effect.kind]:
         return f"{name} from {in_words(others)}"
-    return f"where or in which form {name} acts" if rivals else f"whether there is {name}"
+    return f"where or in which direction {name} acts" if rivals else f"whether there is {name}"
 
 
 def _where_unexplained(diagnosis: Diagnosis) -> str:

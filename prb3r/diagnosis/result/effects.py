@@ -29,7 +29,7 @@ class ProfileCurve(NamedTuple):
 
 @dataclass(frozen=True)
 class RivalEffect:
-    """An effect of another kind or law, or at a place of another sort, that cannot be told from a named one."""
+    """An effect of another kind, on parts of another sort or in another form, that cannot be told from a named one."""
 
     name: str
     """Kind and place as one text."""
@@ -63,7 +63,7 @@ class NamedEffect:
     statement: str
     """What the effect means, in words."""
     rivals: tuple[RivalEffect, ...]
-    """Effects that cannot be told from this one, but for the same effect at the places `among`."""
+    """Effects that cannot be told from this one, but for the same effect at the places `among` and in other `forms`."""
     probability: float
     """Probability that an effect of this kind is there, over all surviving models and places; of several of one kind,
     that as many are (`Choice.probability_of`)."""
@@ -82,6 +82,8 @@ class NamedEffect:
     in_doubt: bool = False
     """Whether the intervals of all its parameters hold the values at which it vanishes, or one of them ends on a bound
     of the search or is one that no rig has, so that something else may be at work."""
+    forms: tuple[RivalEffect, ...] = ()
+    """Other forms of this effect, such as another law of the plates, that cannot be told from the named one."""
 
 
 @dataclass(frozen=True)

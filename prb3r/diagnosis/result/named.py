@@ -35,7 +35,9 @@ class Named:
     statement: str
     """What the effect means, in words."""
     rivals: tuple[Rival, ...]
-    """Effects that cannot be told from this one, but for the same effect at one of the `places`."""
+    """Effects that cannot be told from this one, but for the same effect at one of the `places` or in other `forms`."""
+    forms: tuple[Rival, ...]
+    """The same effect in other forms, such as another law of the plates, that cannot be told from the named one."""
     delta_bic: float
     """Bayesian information criterion with the effect less that without; negative: better with it.  NaN if there is no
     fit without."""
@@ -98,6 +100,7 @@ def named_effect(
     special = [rival.hypothesis for rival in near]  # of two forms of one effect the special one says it all
     near = [rival for rival in near if not any(rival.hypothesis.generalises(other) for other in special)]
     elsewhere = [rival for rival in near if _same_but_place(rival.hypothesis, hypothesis)]
+    forms = [rival for rival in near if rival not in elsewhere and rival.hypothesis.in_another_form(hypothesis)]
     places = _places(hypothesis, [*(rival.hypothesis for rival in elsewhere), *_in_its_place(choice, hypothesis)])
     parameters, profiles = _estimates(replace(choice, fitted=reported), number, intervals)
     simpler = without_effect(fitted, number)
@@ -111,7 +114,8 @@ def named_effect(
         parameters=parameters,
         places=places,
         statement=statement,
-        rivals=tuple(rival for rival in near if rival not in elsewhere),
+        rivals=tuple(rival for rival in near if rival not in (*elsewhere, *forms)),
+        forms=tuple(forms),
         delta_bic=float(bic(fitted) - bic(simpler)) if simpler is not None else float("nan"),
         heldout_gain=fresh.errors(simpler, fitted).gain if fresh and simpler else None,
         partial=partial,

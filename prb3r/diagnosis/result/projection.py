@@ -97,8 +97,8 @@ def mended_file(blunder: Blunder) -> str:
 
 
 def rival_names(effect: NamedEffect) -> list[str]:
-    """Names of the rivals of an effect, each once."""
-    return list(dict.fromkeys(rival.name for rival in effect.rivals))
+    """Names of the rivals of an effect and of its other forms, each once."""
+    return list(dict.fromkeys(rival.name for rival in (*effect.rivals, *effect.forms)))
 
 
 def _with_values(rival: RivalEffect) -> str:
@@ -194,7 +194,9 @@ def _effect(effect: NamedEffect) -> dict[str, Any]:
         "probability": effect.probability,
         "certain": effect.certain,
         "indistinguishable_from": rival_names(effect),
-        "rivals": [{"name": rival.name, "parameters": dict(rival.parameters)} for rival in effect.rivals],
+        "rivals": [
+            {"name": rival.name, "parameters": dict(rival.parameters)} for rival in (*effect.rivals, *effect.forms)
+        ],
         "delta_bic": effect.delta_bic,
         "heldout_gain": effect.heldout_gain,
     }

@@ -12,6 +12,7 @@ from prb3r.diagnosis.checks.setup.find import Blunder
 from prb3r.diagnosis.checks.unseen import JudgedSequence, Unseen
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.library.hypothesis import Hypothesis
+from prb3r.diagnosis.result.named import Named
 from prb3r.diagnosis.search.assumed import Assumed
 from prb3r.diagnosis.search.pool import Survivor
 from prb3r.diagnosis.search.selection import Choice, presence_of
@@ -210,6 +211,23 @@ def not_ruled_out(choice: Choice) -> list[str]:
         return []
     told = [f"{kind.replace('_', ' ')} ({100 * p:.0f} %)" for kind, p in sorted(open_.items(), key=lambda it: -it[1])]
     return [f"not named, and not ruled out beside what is: {listed(told)}"]
+
+
+def other_forms(named: Sequence[Named]) -> list[str]:
+    """The forms of each named effect that cannot be told from one another, a sentence each; none of effects in one form
+    alone."""
+    remarks = []
+    for effect in named:
+        others = []
+        for form in effect.forms:
+            sizes = [f"{name} {value:.3g}" for name, value in form.parameters.items()]
+            others.append(form.hypothesis.name + (f" with {listed(sizes)}" if sizes else ""))
+        if others:
+            remarks.append(
+                f"one effect in {len(others) + 1} forms: {effect.hypothesis.name}, as said, and {listed(others)}; "
+                "these readings do not tell between them, and where plates bend farther than recorded they may differ"
+            )
+    return remarks
 
 
 def or_a_blunder(blunder: Blunder | None) -> list[str]:

@@ -201,17 +201,8 @@ def _effect(named: Named, investigation: Investigation) -> NamedEffect:
         parameters=dict(named.parameters),
         profiles={name: profile_curve(known, free[name], friction, settings) for name, known in named.profiles.items()},
         statement=named.statement,
-        rivals=tuple(
-            RivalEffect(
-                name=rival.hypothesis.name,
-                kind=rival.hypothesis.kind,
-                place=dict(rival.hypothesis.place),
-                distance=float(rival.distance),
-                behind=float(rival.behind),
-                parameters=_values(rival),
-            )
-            for rival in named.rivals
-        ),
+        rivals=tuple(_rival(rival) for rival in named.rivals),
+        forms=tuple(_rival(form) for form in named.forms),
         probability=probability,
         certain=probability >= settings.certain and not named.partial and not in_doubt,
         delta_bic=named.delta_bic,
@@ -219,6 +210,18 @@ def _effect(named: Named, investigation: Investigation) -> NamedEffect:
         partial=named.partial,
         without=None if named.without is None else _plain_model(named.without),
         in_doubt=in_doubt,
+    )
+
+
+def _rival(rival: Rival) -> RivalEffect:
+    """A rival, or another form of a named effect, as plain data."""
+    return RivalEffect(
+        name=rival.hypothesis.name,
+        kind=rival.hypothesis.kind,
+        place=dict(rival.hypothesis.place),
+        distance=float(rival.distance),
+        behind=float(rival.behind),
+        parameters=rival.parameters,
     )
 
 
@@ -241,14 +244,6 @@ def _reaches(estimate: Estimate, null: float) -> bool:
         return False
     near = NULL_REACHED * abs(estimate.value - null)
     return estimate.low - near <= null <= estimate.high + near
-
-
-def _values(rival: Rival) -> dict[str, float]:
-    """The fitted parameters of a rival by name, in SI units."""
-    model, p = rival.fitted.model, rival.fitted.p
-    share = model.shares(p)[model.hypotheses.index(rival.hypothesis)]
-    pairs = zip(rival.hypothesis.free, share, strict=True)
-    return {free.name: free.value(u, model.friction(p)) for free, u in pairs}
 
 
 def profile_curve(profile: Profile, free: Free, friction: float, settings: Settings) -> ProfileCurve:

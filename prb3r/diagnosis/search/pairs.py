@@ -13,8 +13,7 @@ import numpy as np
 
 from prb3r.diagnosis.fit.least_squares import fit
 from prb3r.diagnosis.fit.model import Fit, Model
-from prb3r.diagnosis.library.hypothesis import Hypothesis
-from prb3r.diagnosis.search.saturated import FORMS
+from prb3r.diagnosis.library.hypothesis import FORMS, Hypothesis
 from prb3r.diagnosis.search.search import Search
 
 SOFTENING = frozenset({"nonlinear_plate", "superelastic_plate", "hysteretic_plate"})

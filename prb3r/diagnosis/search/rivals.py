@@ -1,6 +1,6 @@
 """Rivals of a chosen effect: models with another effect in its place, refitted, and how far predictions are apart."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from prb3r.diagnosis.evidence.model_evidence import cost, plausible
@@ -25,6 +25,14 @@ class Rival:
     """How much worse the rival fits: its penalised chi-square (`cost`) less that of the chosen model."""
     known: float = 0.0
     """Twice the ln of the prior odds of the chosen effect against the rival if the former was found before; else 0."""
+
+    @property
+    def parameters(self) -> Mapping[str, float]:
+        """The fitted parameters of the other effect by name, in SI units."""
+        model, p = self.fitted.model, self.fitted.p
+        share = model.shares(p)[model.hypotheses.index(self.hypothesis)]
+        pairs = zip(self.hypothesis.free, share, strict=True)
+        return {free.name: free.value(u, model.friction(p)) for free, u in pairs}
 
     @property
     def indistinguishable(self) -> bool:

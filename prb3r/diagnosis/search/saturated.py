@@ -16,16 +16,12 @@ from prb3r.diagnosis.evidence.outliers import Doubts
 from prb3r.diagnosis.fit.least_squares import fit
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.library import SUSPECTS
-from prb3r.diagnosis.library.hypothesis import Hypothesis
+from prb3r.diagnosis.library.hypothesis import FORMS, Hypothesis
 from prb3r.diagnosis.search.columns import linear_model
 from prb3r.diagnosis.search.exchange import without_effect
 from prb3r.diagnosis.search.search import Search
 from prb3r.diagnosis.search.small_loads import at_small_loads
 from prb3r.diagnosis.settings import Settings
-
-FORMS = frozenset({"law", "side", "sections", "elements"})
-"""Keys of `Hypothesis.place` that state the form of an effect, not its place: with these alone it concerns the whole
-rig."""
 
 
 def saturated(calibrated: Fit, search: Search, doubts: Doubts) -> Fit | None:

@@ -254,7 +254,8 @@ def law_sentence(diagnosis: Diagnosis) -> str | None:
 
 
 def other_explanations(diagnosis: Diagnosis) -> Iterator[str]:
-    """A sentence for each named effect on other places, and on rivals, that the recording does not rule out."""
+    """A sentence for each named effect on other places, on rivals and on other forms that the recording does not rule
+    out."""
     for effect in diagnosis.effects:
         name = spaced(effect.name)
         for key, values in effect.among.items():
@@ -266,6 +267,9 @@ def other_explanations(diagnosis: Diagnosis) -> Iterator[str]:
             rivals = dict.fromkeys(_rival_in_words(effect, rival) for rival in effect.rivals)
             known = "; what is known beforehand speaks against that" if effect.certain else ""
             yield f"{name}: these recordings cannot tell it from {', or '.join(rivals)}{known}."
+        if effect.forms:
+            forms = dict.fromkeys(_rival_in_words(effect, form) for form in effect.forms)
+            yield f"{name}: the same effect in another form, {', or '.join(forms)}, explains these recordings too."
 
 
 def _rival_in_words(effect: NamedEffect, rival: RivalEffect) -> str:
