@@ -194,7 +194,9 @@ def _errors(fresh: Unseen, fitted: Fit, calibrated: Fit, reported: Fit) -> HeldO
     of the chosen fit with parts as the fitted sequences tell them."""
     made = fresh.as_drawn_and_made(reported, fitted)
     errors = fresh.errors(calibrated, reported)
-    return replace(errors, rmse_made_m=made.rmse_explained_m, rmse_made_rad=made.rmse_explained_rad)
+    return replace(
+        errors, rmse_made_m=made.rmse_explained_m, rmse_made_rad=made.rmse_explained_rad, felt=fresh.feels(reported)
+    )
 
 
 def _on_what_is_reported(doubted: Doubted, reported: Fit, named: Sequence[Effect]) -> tuple[str, ...]:

@@ -209,4 +209,6 @@ def pooled(judged: Sequence[tuple[Recording, HeldOut]]) -> HeldOut:
         chi2_explained=sum(error.chi2_explained for error in errors),
         readings=sum(error.readings for error in errors),
         lost=sum(error.lost for error in errors),
+        positions=sum(error.positions for error in errors),
+        felt=any(error.felt for error in errors),
     )

@@ -8,7 +8,8 @@ import pytest
 from diagnosis.simulated import UNEXPLAINED, Case, diagnosed, investigated, rival_of
 
 from prb3r.diagnosis.fit.least_squares import fit
-from prb3r.diagnosis.result.answer import by_sureness, exchanges, sureness, what_to_do
+from prb3r.diagnosis.fit.prediction import predictor
+from prb3r.diagnosis.result.answer import by_sureness, exchanges, predicted_worse, sureness, what_to_do
 from prb3r.diagnosis.result.effects import Separation
 from prb3r.diagnosis.result.files import write_record
 from prb3r.diagnosis.result.named import surviving
@@ -18,7 +19,7 @@ from prb3r.diagnosis.result.tell import tell
 from prb3r.diagnosis.search.experiment import best_experiments
 from prb3r.diagnosis.search.rivals import Rival
 from prb3r.diagnosis.settings import Settings
-from prb3r.present.diagnosis.sentences import verdict_sentences
+from prb3r.present.diagnosis.sentences import confirmation, verdict_sentences
 
 KINDS = "gravity", "pulley_friction", "weakened_plate", "precurvature", "tension_offset"
 
@@ -107,6 +108,7 @@ def test_effects_that_predict_what_no_fit_has_seen_worse_than_constants_are_not_
     found = diagnosed()
     assert "takes what was learnt to other designs" in what_to_do(found)
     errors = {"rmse_calibrated_m": 1e-3, "rmse_explained_m": 1.3e-3, "rmse_made_m": None, "noise_m": 1e-3}
+    errors |= {"rmse_calibrated_rad": None, "rmse_explained_rad": None, "rmse_made_rad": None}
     worse = replace(found.heldout, **errors)
     said = what_to_do(replace(found, heldout=worse))
     (name,) = worse.sequences
@@ -115,6 +117,52 @@ def test_effects_that_predict_what_no_fit_has_seen_worse_than_constants_are_not_
     fine = {"rmse_explained_m": 1.1e-3}, {"noise_m": 1.2e-3}, {"rmse_made_m": 1e-3}  # parts of this rig make it up
     for other in (replace(worse, **change) for change in fine):
         assert "takes what was learnt to other designs" in what_to_do(replace(found, heldout=other))
+
+
+def test_positions_and_angles_judge_together_each_in_its_noise():
+    """Of twelve readings with errors of twice the noise eight fall to one and a half and four rise to 2.4: together
+    they fall, whichever kind is the one that grows; if both grow both are told."""
+    found = diagnosed()
+    of_angles = {"rmse_calibrated_rad": 0.02, "rmse_explained_rad": 0.024, "rmse_made_rad": None, "noise_rad": 0.01}
+    of_positions = {"rmse_calibrated_m": 2e-3, "rmse_explained_m": 1.5e-3, "rmse_made_m": None, "noise_m": 1e-3}
+    held = replace(found.heldout, readings=12, positions=8, **of_angles, **of_positions)
+    assert held.in_noise == pytest.approx((2.0, np.sqrt((8 * 1.5**2 + 4 * 2.4**2) / 12), held.in_noise.explained))
+    assert not predicted_worse(replace(found, heldout=held))
+    far = replace(held, rmse_explained_rad=0.05)  # sqrt((8 * 1.5^2 + 4 * 5^2) / 12) = 3.14
+    assert predicted_worse(replace(found, heldout=far)).endswith("to 2.86 degrees where constants alone do to 1.15")
+    both = replace(held, rmse_explained_m=2.6e-3)
+    said = predicted_worse(replace(found, heldout=both))
+    assert "to 2.6 mm where constants alone do to 2 and to 1.38 degrees where" in said
+
+
+@pytest.mark.parametrize("worse", [False, True])
+def test_a_sequence_in_which_nothing_of_what_is_named_acts_does_not_judge_it(worse):
+    found = diagnosed()
+    errors = {"rmse_calibrated_m": 1e-3, "rmse_explained_m": 0.05, "rmse_made_m": None, "noise_m": 1e-3}
+    held = replace(found.heldout, felt=False, **(errors if worse else {}))
+    said = what_to_do(replace(found, heldout=held))
+    assert "explained.toml" in said
+    assert "takes what was learnt to other designs" in said
+    assert "take nothing of it" not in said
+    (name,) = held.sequences
+    assert f"Nothing of what is named acts in {name}, which no fit has seen and so cannot judge it" in said
+    assert ("only the constants refitted beside it" in said) == worse
+    assert "cannot judge" not in what_to_do(found)
+    assert "it judges only the constants" in confirmation(replace(found, heldout=held))
+    assert "it judges only the constants" not in confirmation(found)
+
+
+def test_what_is_named_acts_where_it_moves_readings_beyond_their_noise():
+    """A weak plate moves what is pulled.  An arm that nothing loads stands as it does without it."""
+    found = investigated()
+    assert found.heldout.felt
+    recording = found.fresh.recording
+    idle = recording.loads._replace(tension=np.zeros_like(recording.loads.tension))
+    fresh = replace(found.fresh, predict=predictor(replace(recording, loads=idle)), predictions={})
+    assert not fresh.feels(found.explained)
+    slight = recording.loads._replace(tension=1e-3 * recording.loads.tension)
+    fresh = replace(found.fresh, predict=predictor(replace(recording, loads=slight)), predictions={})
+    assert not fresh.feels(found.explained)
 
 
 def test_what_to_do_names_files_that_are_there_and_only_programs_that_tell(tmp_path):

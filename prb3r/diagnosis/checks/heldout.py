@@ -14,6 +14,15 @@ MUCH_BETTER = 0.8
 """Share of the error with parts as drawn up to which that with parts as they were made is told beside it.  Choice."""
 
 
+class NoiseUnits(NamedTuple):
+    """Root mean square errors of all held-out readings together, each in units of the noise of its kind."""
+
+    calibrated: float
+    explained: float
+    made: float
+    """As `explained`, with the parts of the rig as the fitted sequences tell them where that is known."""
+
+
 class ErrorPair(NamedTuple):
     """Errors of two models in a unit for readers."""
 
@@ -50,6 +59,34 @@ class HeldOut:
     known."""
     rmse_made_rad: float | None = None
     """As `rmse_made_m`, of angles and bends."""
+    positions: int = 0
+    """Number of positions among the `readings`."""
+    felt: bool = True
+    """Whether the effects move these readings by anything that their noise would show (:func:`is_shown`); if not, they
+    say nothing of the effects."""
+
+    @property
+    def in_noise(self) -> NoiseUnits | None:
+        """Errors of positions and angles together, in units of their noise; None where nothing was read."""
+        kinds = (
+            (self.positions, self.rmse_calibrated_m, self.rmse_explained_m, self.rmse_made_m, self.noise_m),
+            (
+                self.readings - self.positions,
+                self.rmse_calibrated_rad,
+                self.rmse_explained_rad,
+                self.rmse_made_rad,
+                self.noise_rad,
+            ),
+        )
+        counted = [
+            (number, np.array([before, after, after if made is None else made]) / noise)
+            for number, before, after, made, noise in kinds
+            if number and before is not None and after is not None and noise
+        ]
+        if not counted:
+            return None
+        total = sum(number * errors**2 for number, errors in counted)
+        return NoiseUnits(*np.sqrt(total / sum(number for number, _ in counted)).tolist())
 
     @property
     def better_as_made(self) -> bool:
@@ -96,6 +133,16 @@ def noise_under(predict: Predictor, solved: Solution, settings: Settings) -> Noi
     )
 
 
+def is_shown(moved: np.ndarray, noise: Noise, settings: Settings) -> bool:
+    """Whether a change of readings `moved` (r,), m and rad, is seen through their noise.
+
+    It is if its squared size in units of the reading noise reaches `Settings.alike`, or if there is an equilibrium on
+    one side of it alone (NaN).
+    """
+    size = float(np.sum((moved / noise.sd) ** 2))
+    return not size < settings.alike
+
+
 def compared(predict: Predictor, noise: Noise, calibrated: np.ndarray, explained: np.ndarray) -> HeldOut:
     """Errors of two predictions (r,) of the readings of `predict`, m and rad; NaN where there is no equilibrium."""
     recording = predict.recording
@@ -121,4 +168,5 @@ def compared(predict: Predictor, noise: Noise, calibrated: np.ndarray, explained
         float(np.sum(noise.whiten(after) ** 2)),
         int(known.sum()),
         int((~known).sum()),
+        positions=int((known & position).sum()),
     )

@@ -8,7 +8,7 @@ import numpy as np
 
 from prb3r.diagnosis.chance import chi2_critical, f_tail, normal_critical
 from prb3r.diagnosis.checks.doubt import likeliest
-from prb3r.diagnosis.checks.heldout import HeldOut, compared
+from prb3r.diagnosis.checks.heldout import HeldOut, compared, is_shown
 from prb3r.diagnosis.evidence.outliers import Doubts, NotedWeight, lone_inflation, outlier_inflation
 from prb3r.diagnosis.evidence.rig_as_made import rig_as_made
 from prb3r.diagnosis.fit.covariance import Noise, noise_of, reading_sd
@@ -131,6 +131,12 @@ class Unseen:
         """Errors of two models on these sequences, whitened by the covariance about the `explained` one."""
         before, after = self.solved(calibrated), self.solved(explained)
         return compared(self.predict, self.noise(explained), before.readings, after.readings)
+
+    def feels(self, fitted: Fit) -> bool:
+        """Whether the effects of `fitted`, all together, move the readings of these sequences by anything that their
+        noise would show."""
+        moved = self.solved(fitted).readings - self.predict(fitted.constants, ())
+        return is_shown(moved, self.noise(fitted), self.settings)
 
     def as_drawn_and_made(self, drawn: Fit, fitted: Fit) -> HeldOut:
         """Errors of the fit `drawn` with parts as drawn, in the fields of `calibrated`, and of `fitted` with parts as

@@ -93,11 +93,31 @@ def _after_the_setup(diagnosis: Diagnosis) -> str:
         return _where_unexplained(diagnosis)
     if diagnosis.verdict == "adequate":
         return f"{_simulate(diagnosis, 'calibrated.toml')}; {_where_nothing_is_named(diagnosis)}."
-    if worse := predicted_worse(diagnosis):
+    unjudged, worse = _unjudged(diagnosis), predicted_worse(diagnosis)
+    if worse and not unjudged:
         return (
             f"What is named predicts {worse}: believe it once it predicts another recording better, and take nothing "
             "of it to other designs before."
         )
+    return " ".join(filter(None, [_where_explained(diagnosis), unjudged]))
+
+
+def _unjudged(diagnosis: Diagnosis) -> str:
+    """A sentence where nothing of what is named acts in what was set aside, which then cannot judge it; else empty."""
+    held = diagnosis.heldout
+    if held is None or held.felt or not diagnosis.effects:
+        return ""
+    alone = ", only the constants refitted beside it, with which it is predicted worse" * bool(
+        predicted_worse(diagnosis)
+    )
+    return (
+        f"Nothing of what is named acts in {few(held.sequences)}, which no fit has seen and so cannot judge it{alone}: "
+        "record another sequence in which it acts, or judge it on another recording (--holdout)."
+    )
+
+
+def _where_explained(diagnosis: Diagnosis) -> str:
+    """What to do next where the verdict is `explained` or `ambiguous`."""
     carried = "prb3r predict takes what was learnt to other designs"
     if diagnosis.verdict == "explained":
         unseen = "" if diagnosis.heldout else " Record three sequences or more to confirm it: none was set aside."
@@ -135,26 +155,28 @@ def _simulate(diagnosis: Diagnosis, file: str) -> str:
 
 
 def predicted_worse(diagnosis: Diagnosis) -> str:
-    """What no fit has seen and the named effects predict worse than constants alone do, with both errors, to follow
-    "predicts"; empty where there is none.
+    """What no fit has seen and the named effects predict worse than constants alone do, with the errors that grow, to
+    follow "predicts"; empty where there is none.
 
-    Errors count that are `Settings.worse` times those of constants alone, and as many times the noise, also with the
-    parts of the rig as the fitted sequences tell them.
+    All readings count together, each in units of its noise: with an error of `Settings.worse` times that of constants
+    alone, and as many times the noise, also with the parts of the rig as the fitted sequences tell them.
     """
     held, least = diagnosis.heldout, Settings(**diagnosis.settings).worse
-    if held is None or not diagnosis.effects:
+    together = None if held is None else held.in_noise
+    if held is None or together is None or not diagnosis.effects:
+        return ""
+    if min(together.explained, together.made) <= least * max(together.calibrated, 1.0):
         return ""
     errors = (
-        (held.rmse_calibrated_m, held.rmse_explained_m, held.rmse_made_m, held.noise_m, 1e3, "mm"),
-        (held.rmse_calibrated_rad, held.rmse_explained_rad, held.rmse_made_rad, held.noise_rad, 180 / np.pi, "degrees"),
+        (held.rmse_calibrated_m, held.rmse_explained_m, 1e3, "mm"),
+        (held.rmse_calibrated_rad, held.rmse_explained_rad, 180 / np.pi, "degrees"),
     )
     said = [
         f"to {factor * after:.3g} {unit} where constants alone do to {factor * before:.3g}"
-        for before, after, made, noise, factor, unit in errors
-        if before is not None and after is not None and noise is not None
-        if min(after, after if made is None else made) > least * max(before, noise)
+        for before, after, factor, unit in errors
+        if before is not None and after is not None and after > before
     ]
-    return f"{few(held.sequences)}, which no fit has seen, {listed(said)}" if said else ""
+    return f"{few(held.sequences)}, which no fit has seen, {listed(said)}"
 
 
 def _where_nothing_is_named(diagnosis: Diagnosis) -> str:

@@ -7,12 +7,12 @@ its reason.
 """
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from prb3r.diagnosis.checks.heldout import HeldOut, compared, noise_under
+from prb3r.diagnosis.checks.heldout import HeldOut, compared, is_shown, noise_under
 from prb3r.diagnosis.fit.constants import FRAME, Constants
 from prb3r.diagnosis.fit.covariance import Noise
 from prb3r.diagnosis.fit.least_squares import fit
@@ -104,8 +104,12 @@ def on_other(diagnosis: Diagnosis, recording: Recording) -> Carried:
             return None
         return compared(predict, noise, seen(rest), chosen)
 
+    without_effects = predict(after.constants, ())
     return Carried(
-        heldout=compared(predict, noise, calibrated, explained),
+        heldout=replace(
+            compared(predict, noise, calibrated, explained),
+            felt=is_shown(after.readings - without_effects, noise, settings),
+        ),
         without=tuple(map(errors_without, diagnosis.effects)),
         same_geometry=same_geometry(nominal, other),
         effects=carried,

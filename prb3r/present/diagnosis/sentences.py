@@ -214,6 +214,8 @@ def confirmation(diagnosis: Diagnosis) -> str:
         kept += f" {held.lost} of their readings have no prediction, as a model has no equilibrium there."
     if not diagnosis.effects:
         return kept
+    if not held.felt:
+        kept += " Nothing of what is named acts there, so that it judges only the constants beside it."
     if held.chi2_calibrated <= held.readings:
         worse = ", and what is named predicts it less well" if held.chi2_explained > held.chi2_calibrated else ""
         return f"{kept} There the calibrated model errs no more than noise, tensions and tolerances allow{worse}."
