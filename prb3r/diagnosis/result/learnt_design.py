@@ -10,6 +10,7 @@ from prb3r.diagnosis.library.suspect import effect_in_words
 from prb3r.diagnosis.result.carried_constants import carried_constants, constants_left_behind
 from prb3r.diagnosis.result.posterior import Drawn, Posterior
 from prb3r.diagnosis.result.same_rig import same_geometry
+from prb3r.diagnosis.result.starting_anew import starting_anew
 from prb3r.diagnosis.result.tell import adjusted
 from prb3r.diagnosis.result.transfer import carried_effects, nominal_left_behind, supposed, without_found
 from prb3r.diagnosis.settings import Settings
@@ -98,7 +99,8 @@ class LearntDesign:
     @property
     def remarks(self) -> list[str]:
         """What is supposed of the design and of its loads, a sentence each."""
-        remarks = supposed(self.of(self.posterior.named).manipulator.effect)
+        effects = self.of(self.posterior.named).manipulator.effect
+        remarks = [*supposed(effects), *starting_anew(effects)]
         if not self.timed and any(effect.needs_times for model in self.posterior.models for effect in model.effects):
             said = f"loads have no {TIME} here: friction that goes by the rate is taken as it is at its reference rate"
             remarks.insert(0, said)
