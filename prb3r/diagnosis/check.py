@@ -240,8 +240,8 @@ def _on_the_noise(choice: Choice, doubted: Doubted, fresh: Unseen | None) -> tup
         *scattered(doubted.repeated),
         *noisy(choice.level, doubted.task.settings, doubted.recording.serial_noise.share > 0),
         *below_stated(choice.share_of_stated),
-        *wrong_weights(choice.calibrated.recording, choice.doubts.weights),
-        *(wrong_weights(fresh.recording, fresh.doubted) if fresh else ()),
+        *wrong_weights(choice.calibrated.recording, choice.doubts.weights, choice.fitted.solved.chain),
+        *(wrong_weights(fresh.recording, fresh.doubted, choice.fitted.solved.chain) if fresh else ()),
         *weighed(choice.doubts),
     )
 

@@ -35,3 +35,15 @@ def slips_by_tension(recording: Recording) -> np.ndarray:
         before = -1 if begins else slip[s - 1]
         slip[s] = np.where(slip[s] == 0, before, slip[s])
     return slip
+
+
+def turns_back(recording: Recording) -> np.ndarray:
+    """(s, m) whether the tension of each cable turns back at a step: that its last change was of the other sign, in the
+    same sequence."""
+    change = felt_changes(recording)
+    turned, last = np.zeros(change.shape, bool), np.zeros(change.shape[1])
+    for s, begins in enumerate(recording.begins):
+        last = last * (not begins)
+        turned[s] = change[s] * last < 0
+        last = np.where(change[s] == 0, last, change[s])
+    return turned

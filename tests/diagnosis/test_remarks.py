@@ -11,6 +11,7 @@ from prb3r.diagnosis.check import check
 from prb3r.diagnosis.checks.repeats import Scatter
 from prb3r.diagnosis.checks.residuals import ModelCheck
 from prb3r.diagnosis.evidence.noise_level import AS_STATED, EstimatedLevel, EstimatedScale
+from prb3r.diagnosis.evidence.outliers import NotedWeight
 from prb3r.diagnosis.fit.least_squares import fit
 from prb3r.diagnosis.fit.tolerance import EstimatedTolerances
 from prb3r.diagnosis.investigate import run_stages
@@ -26,6 +27,7 @@ from prb3r.diagnosis.result.rig_remarks import (
     noisy,
     scattered,
     uneven_plates,
+    wrong_weights,
 )
 from prb3r.diagnosis.search.apply import serially
 from prb3r.diagnosis.search.pool import Survivor
@@ -59,6 +61,20 @@ def test_disks_that_could_touch_only_with_rims_far_outside_their_holes_are_doubt
     said = f"rims {doubted} mm from the axis, where the farthest hole lies at 25.5 mm"
     assert all(said in remark for remark in remarks)
     assert impossible_rims(replace(calibrated, solved=solved)) == impossible
+
+
+def test_of_a_weight_where_its_cable_turns_back_it_is_said_that_the_cable_may_have_stuck(calibrated):
+    """Where slip is declared and something rubs: of steps with 30, 90, 60 and 25 N the third."""
+    recording, chain = recorded(), calibrated.solved.chain
+    assert recording.loads.tension[:4, 0].tolist() == [30, 90, 60, 25]
+    told = wrong_weights(recording, [NotedWeight(step, 0) for step in range(4)], chain)
+    assert [("had not yet slipped back" in remark) for remark in told] == [False, False, True, False]
+    assert 'direction = "history" under [friction]' in told[2]
+    assert all(remark.endswith("; it was not believed") for remark in told)
+    for other in (chain._replace(presliding=1e-5), chain._replace(friction=0 * chain.friction)):
+        (plain,) = wrong_weights(recording, [NotedWeight(2, 0)], other)
+        said = "sequence out, step 3: the weight on cable 1, noted as 60 N, does not go with its readings"
+        assert plain == f"{said}; it was not believed"
 
 
 WEAK = [WeakenedPlate(kind="weakened_plate", plate=plate, factor=0.8) for plate in (2, 5)]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from recording.dirty import MANIPULATOR, Bench
 
-from prb3r.recording.let_go import slips_by_tension
+from prb3r.recording.let_go import slips_by_tension, turns_back
 from prb3r.recording.plausibility import contradicted_slips, slips_the_other_way
 from prb3r.recording.recording import Measurement
 
@@ -72,6 +72,13 @@ def test_a_cable_that_is_held_slips_as_before_though_no_load_cell_reads_it_twice
     assert slips_by_tension(measured)[:, :2].T.tolist() == [[-1, -1, 1, 1, 1, -1], [-1] * 6]
     exact = replace(measured, measurement=Measurement(position_sd_m=3e-4))
     assert slips_by_tension(exact)[:, 1].tolist() == [-1, 1, -1, 1, -1, 1]
+
+
+def test_a_cable_turns_back_once_where_it_is_let_go_and_where_it_is_pulled_again(bench):
+    """From rest at the beginning of every sequence, so that a first pull is none, and none where it is held."""
+    assert turns_back(bench.load())[:, 0].tolist() == [False, False, True, False] * 2
+    bench.steps["cable_1_n"] = [10.0, 30, 30, 5, 10, 5, 8, 20]
+    assert turns_back(bench.load())[:, 0].tolist() == [False, False, False, True, False, True, True, False]
 
 
 def test_a_cable_that_is_let_go_little_by_little_is_let_go(bench):

@@ -19,9 +19,11 @@ from prb3r.diagnosis.fit.tolerance import IN_RAD, MARKER, EstimatedTolerances, w
 from prb3r.diagnosis.library.contact import is_impossible, rim_of
 from prb3r.diagnosis.library.hypothesis import Free, Hypothesis
 from prb3r.diagnosis.settings import Settings
+from prb3r.mechanics.chain import Chain
 from prb3r.model.effects.base import Effect
 from prb3r.model.effects.plates import DiskContact
 from prb3r.model.files.cells import count
+from prb3r.recording.let_go import turns_back
 from prb3r.recording.recording import Recording
 
 PARTS_NAMED = 3
@@ -199,16 +201,27 @@ def off_as_drawn(fresh: Unseen | None, fitted: Fit, reported: Fit) -> list[str]:
     ]
 
 
-def wrong_weights(recording: Recording, doubted: Sequence[NotedWeight]) -> list[str]:
-    """Weights of a recording that are not believed, a sentence each."""
-    remarks = []
+def wrong_weights(recording: Recording, doubted: Sequence[NotedWeight], chosen: Chain) -> list[str]:
+    """Weights of a recording that are not believed, a sentence each.
+
+    Where cables rub on the `chosen` chain, and slip as the steps declare, one that sticks looks the same at the step at
+    which its tension turns back.
+    """
+    remarks, turned = [], turns_back(recording)
+    sticks = chosen.presliding == 0 and bool(np.any(chosen.friction))
     for step, cable in doubted:
         row, name = recording.steps.iloc[step], recording.manipulator.cable_names[cable]
         noted = recording.loads.tension[step, cable]
         alone = (recording.loads.tension[step] > 0).sum() == 1
+        other = "" if alone else ", or that on another cable"
+        if sticks and turned[step, cable]:
+            other += (
+                ', or that cable had not yet slipped back where its tension turned (direction = "history" under '
+                "[friction] of the manipulator file follows that)"
+            )
         remarks.append(
             f"sequence {row['sequence']}, step {row['step']}: the weight on cable {name}, noted as {noted:.4g} N, does "
-            f"not go with its readings{'' if alone else ', or that on another cable'}; it was not believed"
+            f"not go with its readings{other}; it was not believed"
         )
     return remarks
 
