@@ -27,6 +27,17 @@ def test_every_kind_is_suspected_on_some_rig_and_every_suspicion_has_a_name(libr
     assert len(set(suspected)) == len(suspected)
 
 
+def test_of_one_plate_alone_twice_the_stiffness_is_less_likely_beforehand_than_half_of_it(rubbing):
+    """Plates crack and come loose; of a whole segment, which may be of another sheet, both are alike."""
+    alone, together = (
+        next(one for one in hypotheses(rubbing) if one.kind == kind).free[0]
+        for kind in ("weakened_plate", "segment_stiffness")
+    )
+    stiff, soft = (abs(alone.at(factor)) / alone.prior_sd for factor in (2.0, 0.5))
+    assert stiff > 2 > soft
+    assert together.at(2.0) == pytest.approx(-together.at(0.5))
+
+
 def test_free_parameters_are_at_the_values_they_take():
     for free in (
         Free("a", 0.0, -2.0, 3.0, scale=0.5),

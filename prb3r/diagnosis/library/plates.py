@@ -59,6 +59,13 @@ def _factor(scope: Scope, place: Place) -> tuple[Free, ...]:
     return (Free("factor", 1.0, 0.05, 20.0, log=True, sd=0.5),)
 
 
+def _factor_of_one(scope: Scope, place: Place) -> tuple[Free, ...]:
+    """Free parameter `factor` on the stiffness of a single plate, between the bounds of `_factor`; prior sd 0.4 of the
+    factor itself, not of its logarithm: plates crack and clamps come loose, nearly through and off, but nothing makes
+    one plate of several, cut from one stock, twice as stiff except a wrong one in its place."""
+    return (Free("factor", 1.0, 0.05, 20.0, sd=0.4),)
+
+
 def _taper(scope: Scope, place: Place) -> tuple[Free, ...]:
     """Free parameter of `stiffness_gradient`: from a fifth to fivefold, as of a strip whose thickness tapers by a
     factor of 1.7; prior sd 0.25 of its logarithm."""
@@ -172,7 +179,7 @@ PLATE_SUSPECTS = (
         ),
         transfer=OF_A_PART,
         places=lambda scope: ({"plate": plate} for plate in scope.plates),
-        free=_factor,
+        free=_factor_of_one,
         quantity=stiffness_of_plates,
     ),
     Suspect(
