@@ -9,14 +9,14 @@ from dataclasses import replace
 import numpy as np
 
 from prb3r.diagnosis.checks.doubt import without_outliers, without_wrong_weights
-from prb3r.diagnosis.checks.frame import frame_taken, with_frame
+from prb3r.diagnosis.checks.frame import frame_misstated, frame_taken, with_frame
 from prb3r.diagnosis.checks.repeats import scatter
 from prb3r.diagnosis.checks.set_aside import set_aside
 from prb3r.diagnosis.checks.statements import (
-    as_of_handbooks,
-    constants_as_of_handbooks,
+    constants_stated_otherwise,
     contradicted,
     may_be_misstated,
+    stated_otherwise,
     turned_markers,
     with_turned_markers,
 )
@@ -68,20 +68,24 @@ def to_test(task: Task, report: Report, apply: Apply) -> Tested:
 
 
 def with_other_constants(searched: Searched, apply: Apply) -> Searched:
-    """The choice with one more model, where the readings contradict what is stated of Young's modulus or friction and
-    constants alone explain them without it: that the statement is wrong.
+    """The choice with one more model, where the readings contradict what is stated of Young's modulus, of friction or
+    of the camera's frame and constants alone explain them without it: that the statement is wrong.
 
-    Otherwise an effect that acts like another modulus, such as soft clamps, would be sure to be there.
+    Otherwise an effect that acts like another modulus, such as soft clamps, or like another frame, such as an arm that
+    sags, would be sure to be there.
     """
     tested, choice = searched.tested, searched.choice
     task, fields = tested.doubted.task, contradicted(tested.doubted.fitted)
-    if not fields:
+    missed = choice.structured or choice.kinds
+    frame = frame_misstated(tested.doubted.fitted.recording, task.settings) if missed else {}
+    if not fields and not frame:
         return searched
-    other = as_of_handbooks(task.recording, fields, task.settings)
-    freed, model = _explained_to_test(replace(task, recording=other), apply), constants_as_of_handbooks(choice, fields)
+    other = stated_otherwise(task.recording, fields, frame, task.settings)
+    freed = _explained_to_test(replace(task, recording=other), apply)
+    model = constants_stated_otherwise(choice, fields, frame)
     if freed is None or model is None:
         return searched
-    remarks, share = may_be_misstated(task.recording, fields, model), model.probability
+    remarks, share = may_be_misstated(task.recording, fields, frame, model), model.probability
     stated = tuple(replace(survivor, probability=(1 - share) * survivor.probability) for survivor in choice.survivors)
     if share <= 1 / 2:
         return Searched(_with_remarks(tested, remarks), replace(choice, survivors=(*stated, model)))

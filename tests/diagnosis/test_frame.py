@@ -1,4 +1,4 @@
-"""The camera's frame where a recording does not state how exactly it is known."""
+"""The camera's frame where a recording does not state how exactly it is known, or states it too exactly."""
 
 from dataclasses import replace
 
@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from diagnosis.simulated import Case, recorded
 
-from prb3r.diagnosis.checks.frame import frame_taken
+from prb3r.diagnosis.checks.frame import frame_misstated, frame_taken
 from prb3r.diagnosis.fit.constants import Constants
 from prb3r.diagnosis.fit.covariance import reading_sd
 from prb3r.diagnosis.fit.prediction import predictor
@@ -65,3 +65,30 @@ LINES = {"frame_rotation_sd_rad": 0.05, "frame_position_sd_m": 0.009}
 )
 def test_only_a_frame_of_which_nothing_is_stated_and_that_is_off_is_fitted(constants, effects, stated, taken):
     assert frame_taken(seen_with(constants, effects, **stated), Settings()) == taken
+
+
+@pytest.mark.parametrize("stated", [0.0, 5e-4])
+def test_a_frame_that_is_stated_too_exactly_is_no_effect_and_is_said(stated):
+    """Held at zero or within half a millimetre, the arm would have to sag or to be bent."""
+    lines = {"frame_rotation_sd_rad": stated, "frame_position_sd_m": stated}
+    found = run_stages(Task(seen_with(OFF, **lines), hold_out=False))
+    assert (found.verdict, found.effects) == ("adequate", ())
+    assert found.frame.x_m == pytest.approx(0.006, abs=2e-4)
+    (said,) = [remark for remark in found.remarks if "camera's frame" in remark]
+    assert f"frame_rotation_sd_rad = {stated:g} and frame_position_sd_m = {stated:g}" in said
+    assert "it is wrong with a probability of 1.00" in said
+
+
+@pytest.mark.parametrize(
+    ("constants", "effects", "stated", "taken"),
+    [
+        (OFF, (), {"frame_rotation_sd_rad": 0.0, "frame_position_sd_m": 0.0}, LINES),
+        (OFF, (), {"frame_position_sd_m": 0.0}, {"frame_position_sd_m": 0.009}),
+        (OFF, (), {"frame_rotation_sd_rad": 0.1, "frame_position_sd_m": 0.02}, {}),
+        (RIGHT, (), {"frame_rotation_sd_rad": 0.0, "frame_position_sd_m": 0.0}, {}),
+        (RIGHT, (WEAK,), {"frame_rotation_sd_rad": 0.0, "frame_position_sd_m": 0.0}, {}),
+    ],
+    ids=["known, and wrong", "of the position alone", "wider than by eye", "known, and right", "a weak plate"],
+)
+def test_only_what_is_stated_more_exactly_than_by_eye_and_far_off_is_misstated(constants, effects, stated, taken):
+    assert frame_misstated(seen_with(constants, effects, **stated), Settings()) == taken

@@ -1,17 +1,19 @@
-"""What a recording states of Young's modulus, friction and markers, where the readings contradict it."""
+"""What a recording states of Young's modulus, friction, markers and the camera's frame, where the readings contradict
+it."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 
 import numpy as np
 from scipy.special import expit, logit, logsumexp
 
+from prb3r.diagnosis.checks.frame import with_frame
 from prb3r.diagnosis.checks.tolerated import tolerances_told
 from prb3r.diagnosis.evidence.model_evidence import log_evidence
 from prb3r.diagnosis.evidence.outliers import Doubts
 from prb3r.diagnosis.fit.constants import CONSTANTS_IN_WORDS
 from prb3r.diagnosis.fit.least_squares import fit
-from prb3r.diagnosis.fit.model import Fit
+from prb3r.diagnosis.fit.model import Fit, normal_matrix
 from prb3r.diagnosis.fit.prediction import predictor
 from prb3r.diagnosis.fit.tolerance import IN_RAD
 from prb3r.diagnosis.search.pool import Survivor
@@ -42,29 +44,39 @@ def handbook_sd(settings: Settings) -> dict[str, float]:
     return {"youngs_modulus": settings.modulus_sd, "friction_coefficient": settings.friction_sd}
 
 
-def as_of_handbooks(recording: Recording, fields: Collection[str], settings: Settings) -> Recording:
-    """The recording with handbook knowledge in the place of what these `fields` of its `[prior]` state."""
+def stated_otherwise(
+    recording: Recording, fields: Collection[str], frame: Mapping[str, float], settings: Settings
+) -> Recording:
+    """The recording with handbook knowledge in the place of what these `fields` of its `[prior]` state, and with these
+    standard deviations of the `frame`."""
     known = handbook_sd(settings)
     prior = recording.prior.model_dump() | {field: known[field] for field in fields}
-    return replace(recording, prior=Prior(**prior))
+    return with_frame(replace(recording, prior=Prior(**prior)), frame)
 
 
-def constants_as_of_handbooks(choice: Choice, fields: Collection[str]) -> Survivor | None:
-    """The constants alone, if what these `fields` state is wrong, as one more model beside the surviving ones of a
-    choice, with its probability among these; None where they cannot be fitted.
+def constants_stated_otherwise(choice: Choice, fields: Collection[str], frame: Mapping[str, float]) -> Survivor | None:
+    """The constants alone, if what these `fields` and the lines of the `frame` state is wrong, as one more model beside
+    the surviving ones of a choice, with its probability among these; None where they cannot be fitted.
 
-    That a statement is wrong has the prior probability `Settings.misstated`.
+    That a statement is wrong has the prior probability `Settings.misstated`; the lines of the frame are one statement.
+    A coordinate of the frame that the others have at zero counts as a parameter of an effect does.
     """
     model, settings = choice.calibrated.model, choice.calibrated.model.settings
-    recording = model.recording
-    wide = as_of_handbooks(recording, fields, settings)
-    fitted = fit(
-        replace(model, predict=predictor(wide, settings), noise=choice.fitted.model.noise), choice.calibrated.p
-    )
+    wide = predictor(stated_otherwise(model.recording, fields, frame, settings), settings)
+    freer = replace(model, predict=wide, noise=choice.fitted.model.noise, varied=())
+    fitted = fit(freer, np.array([getattr(choice.calibrated.constants, name) for name in freer.varied]))
     if fitted is None:
         return None
-    narrower = sum(np.log(getattr(recording.prior, field) / getattr(wide.prior, field)) for field in fields)
-    worth = log_evidence(fitted, {}) + float(narrower + len(fields) * logit(settings.misstated))
+    stated = dict(zip(model.varied, model.priors, strict=True))
+    taken = dict(zip(freer.varied, freer.priors, strict=True))
+    more = np.array([name not in stated for name in freer.varied])
+    normal = normal_matrix(fitted)
+    narrower = (np.linalg.slogdet(normal[np.ix_(~more, ~more)])[1] - np.linalg.slogdet(normal)[1]) / 2
+    for name, sd in taken.items():
+        if sd != stated.get(name):
+            narrower += np.log(stated.get(name, 1.0) / sd)
+    odds = (len(fields) + bool(frame)) * logit(settings.misstated)
+    worth = log_evidence(fitted, {}) + float(narrower + odds)
     others = np.array([survivor.log_evidence for survivor in choice.survivors])
     return Survivor(fitted, worth, float(expit(worth - logsumexp(others))))
 
@@ -103,15 +115,18 @@ def turned_markers(recording: Recording, freed: Fit, doubts: Doubts) -> str:
     )
 
 
-def may_be_misstated(recording: Recording, fields: Collection[str], freed: Survivor) -> list[str]:
-    """A remark on each of the `fields` of `[prior]` that the readings contradict.
+def may_be_misstated(
+    recording: Recording, fields: Collection[str], frame: Mapping[str, float], freed: Survivor
+) -> list[str]:
+    """A remark on each of the `fields` of `[prior]`, and one on the lines of the `frame`, that the readings contradict.
 
     Parameters
     ----------
     recording : as it was recorded.
-    freed : the constants alone without these statements (:func:`constants_as_of_handbooks`).
+    freed : the constants alone without these statements (:func:`constants_stated_otherwise`).
     """
     remarks, fitted = [], freed.fitted
+    wrong = f"it is wrong with a probability of {freed.probability:.2f}"
     for name, field in STATED.items():
         if field not in fields:
             continue
@@ -123,6 +138,22 @@ def may_be_misstated(recording: Recording, fields: Collection[str], freed: Survi
         remarks.append(
             f"what [prior] states of {text} (within {100 * stated:.2g} %) is {abs(value) / stated:.2g} "
             "standard deviations from what the readings say if nothing else is at work, and if it is wrong, constants "
-            f"alone explain them: it is wrong with a probability of {freed.probability:.2f}; check {checked}"
+            f"alone explain them: {wrong}; check {checked}"
+        )
+    if frame:
+        lines = [f"{line} = {getattr(recording.measurement, line):g}" for line in frame]
+        remarks.append(
+            f"what recording.toml states of the camera's frame ({' and '.join(lines)}) is far from what the readings "
+            f"say if nothing else is at work: {moved_in_words(fitted)} and constants alone explain them; {wrong}; "
+            "check the camera's axes and origin, and state how exactly they are known"
         )
     return remarks
+
+
+def moved_in_words(fitted: Fit) -> str:
+    """Where the camera's frame of a fit stands, in words: a turn and, where positions are read, a shift."""
+    frame = fitted.constants
+    moved = f"a turn by {frame.rotation:.2g} rad"
+    if "x" in fitted.model.varied:
+        moved += f" and a shift by {1e3 * frame.x:.2g} mm along x and {1e3 * frame.y:.2g} mm along y"
+    return moved

@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from prb3r.diagnosis.checks.statements import moved_in_words
 from prb3r.diagnosis.confidence import INTERVAL_RISE, NORMAL_REACH
 from prb3r.diagnosis.evidence.model_evidence import AT_BOUND
 from prb3r.diagnosis.fit.constants import CONSTANTS_IN_WORDS, FRAME
@@ -69,13 +70,9 @@ def frame_that_was_taken(fitted: Fit, lines: Sequence[str]) -> list[str]:
     without lines."""
     if not lines:
         return []
-    frame = fitted.constants
-    moved = f"a turn by {frame.rotation:.2g} rad"
-    if "x" in fitted.model.varied:
-        moved += f" and a shift by {1e3 * frame.x:.2g} mm along x and {1e3 * frame.y:.2g} mm along y"
     return [
         "how exactly the camera's frame is known is not stated, and a rigid motion alone removes most of what "
-        f"constants leave: it is fitted, {moved}. Write into recording.toml, under [measurement], "
+        f"constants leave: it is fitted, {moved_in_words(fitted)}. Write into recording.toml, under [measurement], "
         f"{' and '.join(lines)}, as taken here, or what you know; 0 if the frame is known, since it may have taken up "
         "something of the rig, such as a bent base"
     ]
