@@ -20,6 +20,7 @@ from prb3r.diagnosis.checks.unseen import (
     chance_of_size,
     part_that_does_most,
     unseen,
+    usual_square,
 )
 from prb3r.diagnosis.evidence.outliers import Doubts
 from prb3r.diagnosis.evidence.renewal import renewed
@@ -91,6 +92,20 @@ def test_two_readings_in_the_tails_refute_nothing(clean):
     (sequence,), count = spoilt.by_sequence(fitted), spoilt.predict.recording.readings.count
     assert chi2.sf(count * sequence.error_sd**2, count) < RATE
     assert sequence.p > RATE
+
+
+def test_a_noise_that_is_taken_too_large_hides_nothing():
+    """Errors are held against those of the fitted readings, in the sentence as in the test."""
+    rng = np.random.default_rng(3)
+    known, new = rng.normal(size=300), 1.3 * rng.normal(size=80)
+    known /= np.sqrt(np.mean(known**2))
+    (chance, usual), (other, less) = (
+        (chance_of_size(scale * new, scale * known, 300, np.inf), usual_square(scale * known, 300, np.inf))
+        for scale in (1.0, 0.7)
+    )
+    assert other == pytest.approx(chance)
+    assert (usual, less) == (pytest.approx(1.0), pytest.approx(0.49))
+    assert chance < RATE
 
 
 @pytest.mark.parametrize("tails", [5, np.inf])

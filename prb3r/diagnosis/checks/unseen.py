@@ -33,7 +33,7 @@ class JudgedSequence(NamedTuple):
     p: float
     """The p-value of its error under the model; for several models see :meth:`Unseen.by_sequence_averaged`."""
     error_sd: float
-    """Root mean square of the whitened error."""
+    """Root mean square of the whitened error, in units of that of the fitted readings (:func:`usual_square`)."""
     lost: bool
     """Whether the model has no equilibrium at some of its steps."""
 
@@ -164,13 +164,13 @@ class Unseen:
         recording, (readings, noise, _) = self.recording, self.prediction(fitted)
         white = noise.whiten(np.nan_to_num(self.predict.misfit(readings)))
         of_reading, judged = recording.of_sequence[recording.readings.step], []
-        known = fitted.misfit
+        known, farthest = fitted.misfit, self.settings.farthest_sd
+        usual = usual_square(known, fitted.freedom, farthest)
         for k, name in enumerate(recording.sequences):
             of_sequence = of_reading == k
             lost = not np.isfinite(readings[of_sequence]).all()
-            farthest = self.settings.farthest_sd
             p = 0.0 if lost else chance_of_size(white[of_sequence], known, fitted.freedom, farthest)
-            judged.append(JudgedSequence(name, p, float(np.sqrt(np.mean(white[of_sequence] ** 2))), lost))
+            judged.append(JudgedSequence(name, p, float(np.sqrt(np.mean(white[of_sequence] ** 2) / usual)), lost))
         return tuple(judged)
 
     def missed_steps(self, fitted: Fit) -> list[int]:
@@ -265,11 +265,16 @@ def chance_of_size(white: np.ndarray, known: np.ndarray, freedom: int, farthest:
     freedom : degrees of freedom of the fit.
     farthest : size, in standard deviations, to which larger errors are cut off.
     """
-    squares, usual = (np.minimum(errors**2, farthest**2) for errors in (white, known))
-    scatter = max(float(usual.var() / usual.mean() ** 2) / 2, 1.0)
-    told = max(freedom, 1)
-    mean = min(float(usual.sum()) / told, 1.0)  # less than 1 where the farthest are cut off
-    return float(f_tail(squares.mean() / mean, len(squares) / scatter, told / scatter))
+    squares, others = (np.minimum(errors**2, farthest**2) for errors in (white, known))
+    scatter = max(float(others.var() / others.mean() ** 2) / 2, 1.0)
+    ratio = squares.mean() / usual_square(known, freedom, farthest)
+    return float(f_tail(ratio, len(squares) / scatter, max(freedom, 1) / scatter))
+
+
+def usual_square(known: np.ndarray, freedom: int, farthest: float) -> float:
+    """The mean squared whitened error of the fitted readings `known` (r,), each cut off at `farthest`, by degrees of
+    freedom: at most 1, and less where some are cut off or where a noise is taken that is too large."""
+    return min(float(np.minimum(known**2, farthest**2).sum()) / max(freedom, 1), 1.0)
 
 
 def root_of(covariance: np.ndarray) -> np.ndarray:
