@@ -61,6 +61,12 @@ def test_one_direction_makes_sense_where_the_other_does_not_exist(library):
         ),
         (
             "nonlinear_plate",
+            {"law": "bilinear", "side": "negative"},
+            {"knee_per_m": (2, 1, 3), "ratio": (1.6, None, None)},
+            "to 1.6 times their stiffness, or something outside stands in the arm's way there.",
+        ),
+        (
+            "nonlinear_plate",
             {"law": "smooth", "side": "negative"},
             {"knee_strain": (0.018, 0.017, 0.019), "ratio": (0.4, 0.3, 0.5), "sharpness": (3, None, None)},
             "soften (yield) beyond a strain of 1.8 (1.7 to 1.9) % where they bend toward negative offsets",

@@ -78,7 +78,9 @@ def said_of_law(fitted: Occurrence) -> str:
     smooth = fitted.estimates.get("sharpness")
     gently = "" if smooth is None else f", over a smooth knee (sharpness {smooth})"
     share = f"{ratio} of" if ratio.value < 1 else f"{ratio} times"
-    return f"The plates {how} beyond {knee}{toward(fitted)}, to {share} their stiffness{gently}."
+    outside = ratio.value > 1 and fitted.place.get("side")  # a law of the plates would seldom be of one side
+    blocked = ", or something outside stands in the arm's way there" if outside else ""
+    return f"The plates {how} beyond {knee}{toward(fitted)}, to {share} their stiffness{gently}{blocked}."
 
 
 def toward(fitted: Occurrence) -> str:
