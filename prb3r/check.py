@@ -25,6 +25,7 @@ from prb3r.recording.markers import MARKER_COLUMNS, MARKER_KEYS, marker_problems
 from prb3r.recording.plausibility import implausible
 from prb3r.recording.reading import RECORDING_FILE, load_recording
 from prb3r.recording.recording import Kind
+from prb3r.recording.times import odd_times, times_told
 
 if TYPE_CHECKING:
     from prb3r.study.spec import Study
@@ -173,8 +174,15 @@ def _check_recording(path: Path) -> str:
         f"of disks {ranges(readings.disk)} of {recording.manipulator.plates}; {', '.join(exact)}, "
         f"tensions within {100 * measured.tension_sd_relative:.2g} % (standard deviations)"
     )
-    doubts = [*implausible(recording), *at_odds(recording), *creeping(recording), *frozen(recording)]
-    return "\n  ".join([line, *recording.remarks, *_idle_effects(recording.manipulator), *doubts])
+    doubts = [
+        *implausible(recording),
+        *odd_times(recording),
+        *at_odds(recording),
+        *creeping(recording),
+        *frozen(recording),
+    ]
+    remarks = [*times_told(recording), *recording.remarks, *_idle_effects(recording.manipulator)]
+    return "\n  ".join([line, *remarks, *doubts])
 
 
 def _check_table(path: Path, manipulator: Manipulator | None) -> str:

@@ -218,6 +218,13 @@ def scale(column: str | Quantity, unit: str) -> float:
     return 1.0 / size
 
 
+def duration(seconds: float) -> str:
+    """A time in the unit in which people say it, to three digits: `20 ms`, `1.5 min`, `5.56 h`, `22.3 days`."""
+    units = [("days", 86400.0, 2.0), ("h", 3600.0, 1.5), ("min", 60.0, 1.5), ("s", 1.0, 0.1)]
+    unit, size = next(((unit, size) for unit, size, least in units if seconds >= least * size), ("ms", 1e-3))
+    return f"{seconds / size:.3g} {unit}"
+
+
 def _in_si(unit: str) -> tuple[str, float]:
     """The SI unit of `unit`, with every part replaced by its SI unit, and the size of `unit` in it."""
     base = re.sub(r"[A-Za-z]+|%", lambda part: SHOWN.get(part[0], (part[0], 1.0))[0], unit)

@@ -63,6 +63,7 @@ from prb3r.model.effects.base import Effect
 from prb3r.recording.frozen import frozen
 from prb3r.recording.holds import creeping
 from prb3r.recording.plausibility import slips_the_other_way
+from prb3r.recording.times import odd_times
 
 
 def check(searched: Searched, blunder: Blunder | None = None) -> Investigation:
@@ -120,6 +121,7 @@ def check(searched: Searched, blunder: Blunder | None = None) -> Investigation:
         remarks=(
             *doubted.recording.remarks,
             *slips_the_other_way(doubted.recording),
+            *odd_times(doubted.recording),
             *creeping(doubted.recording),
             *frozen(doubted.recording),
             *or_a_blunder(blunder),

@@ -52,6 +52,11 @@ class LoadTable:
         return begins
 
     @property
+    def pace_s(self) -> float | None:
+        """As :func:`pace_of`."""
+        return pace_of(self.loads.time[:, 0], self.begins, np.arange(len(self.steps)))
+
+    @property
     def let_go_as_drawn(self) -> np.ndarray:
         """(m,) whether each cable is let go at some step, but not to nothing, and counts as drawn in at every one."""
         tension, slip = self.loads.tension, self.loads.slip
@@ -126,6 +131,19 @@ def elapsed_steps(time: np.ndarray) -> np.ndarray:
     """
     first, last = (time.min(), time.max()) if len(time) else (0.0, 0.0)
     return (time - first) * ((len(time) - 1) / (last - first)) if last > first else time - first
+
+
+def pace_of(time: np.ndarray, begins: np.ndarray, row: np.ndarray) -> float | None:
+    """Median time from one step of a sequence to the next, s; None where no times are known, or none follows another.
+
+    Parameters
+    ----------
+    time : (s,) of each step, s; 0 at all where no times are known.
+    begins : (s,) whether a step is the first of its sequence.
+    row : (s,) of each step in a table that may have more steps, which follow each other evenly between these.
+    """
+    lasts = (np.diff(time) / np.diff(row))[~begins[1:]]
+    return float(np.median(lasts)) if time.any() and lasts.size else None
 
 
 def _rates(tension: np.ndarray, time: np.ndarray, begins: np.ndarray) -> np.ndarray:

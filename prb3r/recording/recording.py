@@ -13,6 +13,7 @@ from pydantic import Field
 from prb3r.mechanics.chain import Loads
 from prb3r.model.files.numbers import NonNegative, Positive
 from prb3r.model.manipulator import Manipulator, Segment, Strict
+from prb3r.model.steps import pace_of
 
 
 class Kind(IntEnum):
@@ -212,6 +213,11 @@ class Recording:
     def row_as_read(self) -> np.ndarray:
         """(s,) row that each step had in the table as read."""
         return np.arange(len(self.steps)) if self.as_read is None else self.as_read
+
+    @cached_property
+    def pace_s(self) -> float | None:
+        """Median time from one step of a sequence to the next as read, s; None where no times are known."""
+        return pace_of(self.loads.time[:, 0], self.begins, self.row_as_read)
 
     @cached_property
     def lets_go(self) -> bool:

@@ -124,6 +124,7 @@ def predict_design(
     common = common_stiffness_sd(posterior.manipulator, design.given, posterior.tolerance)
     # loads depend on cables, plates and the worth of a kilogram, which are the design's: the same for every rig
     blocks = solve_in_blocks(central, steps)
+    remarks += design.at_pace(blocks.table.pace_s)
 
     def predicted(rig: Drawn, made: bool, where: LearntDesign = design) -> np.ndarray:
         learnt = where.of(rig).manipulator

@@ -19,6 +19,7 @@ from prb3r.model.effects.base import Effect
 from prb3r.model.effects.plates import PlateRelaxation
 from prb3r.model.manipulator import Manipulator
 from prb3r.model.step_checks import TIME
+from prb3r.quantities import duration
 
 
 class Learnt(NamedTuple):
@@ -113,6 +114,21 @@ class LearntDesign:
         if again := [effect_in_words(effect) for effect in self.given.effect if effect not in self.bare.effect]:
             remarks.insert(0, f"the design's file has {listed(again)} from this diagnosis already, which counts once")
         return remarks
+
+    def at_pace(self, pace: float | None) -> list[str]:
+        """A remark where steps, which follow each other at intervals of `pace`, s, do so far faster or more slowly than
+        those of the recording, and what carries over goes by the time; else none."""
+        seen = self.known.pace_s
+        if not pace or not seen or max(pace / seen, seen / pace) <= Settings.pace_apart:
+            return []
+        felt = [effect for _, rig in self.posterior.centres for effect in self.of(rig).manipulator.effect]
+        kinds = [*dict.fromkeys(effect_in_words(effect) for effect in felt if effect.goes_by_time)]
+        if not kinds:
+            return []
+        return [
+            f"by {TIME} it takes {duration(pace)} from one step to the next here (median), and took {duration(seen)} "
+            f"in the recording: {listed(kinds)} at such a pace was not seen; is either in another unit than seconds?"
+        ]
 
 
 def on_benches(design: LearntDesign, same_bench: bool | None) -> tuple[LearntDesign, ...]:

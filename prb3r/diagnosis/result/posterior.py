@@ -171,6 +171,8 @@ class Posterior(Strict):
     """As `carried`, for designs on the bench of the recording; absent in what was written before: as `carried`."""
     bending: Bending | None = None
     """How far plates were bent; absent in what was written before this was noted."""
+    pace_s: float | None = None
+    """Median time from one step of the recording to the next; absent where no times are known."""
 
     def is_unmended(self, design: Manipulator) -> bool:
         """Whether a design is the recorded rig as its file has it, with blunders that the diagnosis mended."""

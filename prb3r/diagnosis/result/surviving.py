@@ -51,6 +51,7 @@ def posterior_of(investigation: Investigation) -> Posterior:
         carried=_alone(*best_elsewhere(investigation, same_bench=False)) if doubted else None,
         on_bench=_alone(*best_elsewhere(investigation, same_bench=True)) if doubted else None,
         bending=bending_of(recording.manipulator, choice.fitted.solved.states.angle, recording.begins),
+        pace_s=recording.pace_s,
     )
 
 

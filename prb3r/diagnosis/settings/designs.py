@@ -30,6 +30,9 @@ class DesignsSettings:
     bent_beyond: float = 1.1
     """How many times as far as in the recording plates have to be bent for that to be said.  Choice: rigs repeat their
     bends within a few per cent, and laws of bending change little over a tenth."""
+    pace_apart: float = 30.0
+    """How many times as fast, or slow, as those of the recording steps have to follow each other for that to be said.
+    Choice: one and a half decades, and less than the thousand between seconds and milliseconds."""
     wider_bands: float = 2.0
     """How many times as wide as without an effect that is not named bands have to be for that to be said.  Choice: a
     designer who is told a tip to 2 mm instead of 1 would do another recording."""

@@ -103,6 +103,9 @@ class Effect(BaseModel, ABC):
     """Whether the effect makes slip follow from the load path, so that a state depends on all states before it."""
     needs_times: ClassVar[bool] = False
     """Whether the effect depends on the times of steps, which tables of steps then have to give."""
+    goes_by_time: ClassVar[bool] = False
+    """Whether what the effect does to the arm changes as time passes, or depends on how fast loads follow each other;
+    where no times are known, each step takes as long."""
     kind: str
 
     @abstractmethod

@@ -1,6 +1,6 @@
 """Effects on cables: the tension that they carry for the recorded one, and the place of their holes."""
 
-from typing import Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 
@@ -92,6 +92,7 @@ class TensionDrift(Effect):
     (or the named) cables, idle ones too; no tension falls below zero."""
 
     kind: Literal["tension_drift"]
+    goes_by_time: ClassVar[bool] = True
     offset_n_per_step: float
     cables: list[str] | None = None
 

@@ -49,6 +49,7 @@ class RateDependentFriction(Effect):
     kind: Literal["rate_dependent_friction"]
     once: ClassVar[bool] = True
     needs_times: ClassVar[bool] = True
+    goes_by_time: ClassVar[bool] = True
     instead_of: ClassVar[frozenset[str]] = frozenset({"slip_history"})
     rate: Annotated[
         float, Field(ge=-0.5, le=0.5, description="Change of friction, relative, where v is e times as large.")
@@ -93,6 +94,7 @@ class FrictionDrift(Effect):
     for every step of the table before, but at least times 0.05. With declared slip only."""
 
     kind: Literal["friction_drift"]
+    goes_by_time: ClassVar[bool] = True
     instead_of: ClassVar[frozenset[str]] = frozenset({"slip_history"})
     share_per_step: Annotated[
         float, Field(ge=-1, le=1, description="Growth with every step, as a share of the first step's; negative: less.")

@@ -277,6 +277,7 @@ class PlateSoftening(Effect):
     this share of their stiffness at the first step; with a negative share they stiffen."""
 
     kind: Literal["plate_softening"]
+    goes_by_time: ClassVar[bool] = True
     share_per_step: Annotated[float, Field(ge=-1, lt=1)]
 
     def change(self, chain: Chain, manipulator: Host) -> Chain:
@@ -292,6 +293,7 @@ class PlateRelaxation(Effect):
 
     kind: Literal["plate_relaxation"]
     once: ClassVar[bool] = True
+    goes_by_time: ClassVar[bool] = True
     instead_of: ClassVar[frozenset[str]] = frozenset({"hysteretic_plate", "flag_hysteresis"})
     share: Annotated[float, Field(ge=0, le=0.95, description="Share of the plates' moments that relaxes.")]
     steps: Annotated[Positive, Field(description="Time constant of the relaxation, in steps.")]
