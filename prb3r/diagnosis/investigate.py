@@ -36,6 +36,7 @@ from prb3r.diagnosis.stages import (
     to_search,
     to_test,
     with_other_constants,
+    with_wider_markers,
 )
 from prb3r.errors import Problem, RecordingError
 from prb3r.model.effects import AnyEffect
@@ -70,7 +71,7 @@ def investigate(task: Task, report: Report = lambda stage: None, apply: Apply = 
         searched, blunders, rival, mended = without_blunders(task, report, apply)
     except OutOfBalance as error:
         raise RecordingError(Problem(task.recording.name, str(error))) from None
-    searched = with_other_constants(searched, apply)
+    searched = with_wider_markers(with_other_constants(searched, apply), apply)
     report("check")
     investigation = check(coarsened_if_unexplained(searched), rival)
     if investigation.verdict == "unexplained" and rival and mended:

@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
+from scipy.special import logit
 
 from prb3r.diagnosis.checks.doubt import without_outliers, without_wrong_weights
 from prb3r.diagnosis.checks.frame import frame_misstated, frame_taken, with_frame
@@ -16,10 +17,13 @@ from prb3r.diagnosis.checks.statements import (
     constants_stated_otherwise,
     contradicted,
     may_be_misstated,
+    shifted_markers,
     stated_otherwise,
     turned_markers,
+    with_shifted_markers,
     with_turned_markers,
 )
+from prb3r.diagnosis.evidence.model_evidence import log_evidence_in_full
 from prb3r.diagnosis.fit.calibrate import fit_constants
 from prb3r.diagnosis.fit.prediction import predictor
 from prb3r.diagnosis.known import Calibrated, Doubted, Searched, Task, Tested
@@ -94,9 +98,35 @@ def with_other_constants(searched: Searched, apply: Apply) -> Searched:
     return Searched(_with_remarks(freed, remarks), replace(chosen, survivors=(*free, *stated)))
 
 
+def with_wider_markers(searched: Searched, apply: Apply) -> Searched:
+    """The choice with markers that may sit farther off their places than is stated, where some would have to beside
+    what is chosen, and fewer effects explain the recording with that; else the choice as it is.
+
+    It has to be the more probable one, though that a statement is wrong has the prior probability `Settings.misstated`.
+    Otherwise effects that move these markers alone, such as a weak plate or a lens, would be sure to be there.
+    """
+    choice, task = searched.choice, searched.tested.doubted.task
+    wide = with_shifted_markers(choice.fitted, choice.doubts)
+    if not wide:
+        return searched
+    tested = _as_stated_to_test(replace(task, recording=replace(task.recording, tolerance=wide)), _unsaid, apply)
+    freed = search(tested)
+    before, after = (
+        log_evidence_in_full(each.choice.fitted, each.tested.doubted.search.log_odds) for each in (searched, freed)
+    )
+    better = after + logit(task.settings.misstated) > before and not freed.choice.structured
+    if not better or len(freed.choice.effects) >= len(choice.effects):
+        return searched
+    return replace(freed, tested=_with_remarks(tested, [shifted_markers(task.recording, choice, freed.choice)]))
+
+
+def _unsaid(stage: str) -> None:
+    """A report of stages that tells nobody."""
+
+
 def _explained_to_test(task: Task, apply: Apply) -> Tested | None:
     """As :func:`to_test`, with all that is stated believed; None where constants alone leave something."""
-    tested = _as_stated_to_test(task, lambda stage: None, apply)
+    tested = _as_stated_to_test(task, _unsaid, apply)
     return None if leaves_something(tested) else tested
 
 

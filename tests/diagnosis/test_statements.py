@@ -1,4 +1,4 @@
-"""What is stated of constants and markers is doubted where constants alone explain all without it."""
+"""What is stated of constants and markers is doubted where less explains all without it."""
 
 import re
 from dataclasses import replace
@@ -10,9 +10,10 @@ from prb3r.diagnosis.known import Task
 from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.diagnosis.run import diagnosis_of
 from prb3r.diagnosis.search.apply import serially
-from prb3r.diagnosis.stages import leaves_something, to_test
+from prb3r.diagnosis.stages import leaves_something, to_search, to_test, with_wider_markers
+from prb3r.model.effects import EFFECT_KINDS
 from prb3r.recording.recording import Kind, Prior, Recording, Tolerance
-from tests.diagnosis.simulated import Case, recorded
+from tests.diagnosis.simulated import LOSSY, WEAK, Case, recorded
 
 TRUE_OVER_FILED = 0.8
 """Young's modulus of the rig over that of the manipulator file."""
@@ -89,3 +90,57 @@ def test_a_bent_plate_is_no_marker_that_sits_askew():
     tested = to_test(Task(recording), lambda stage: None, serially)
     assert leaves_something(tested)
     assert tested.doubted.recording.tolerance.marker_rad is None
+
+
+SENSORS = {3: (-3.6e-3, -3e-3), 6: (4.2e-3, -1.5e-3)}
+"""Places of sensors on their disks, in whose frames they lie ahead and across, m."""
+KEPT = frozenset({"pulley_friction", "weakened_plate", "precurvature", "lens_distortion"})
+"""Kinds of effects that are sought: one of the rig, and three that move single markers."""
+
+
+def read_by_two_sensors(recording: Recording, places: dict[int, tuple[float, float]]) -> Recording:
+    """The recording as two sensors at `places` on their disks read it, which are stated to be within 0.3 mm."""
+    readings = recording.readings.where(np.isin(recording.readings.disk, list(places)))
+    angle = {(s, d): a for s, d, k, a in zip(*(field.tolist() for field in readings), strict=True) if k == Kind.ANGLE}
+    shift = {(d, k): places[d][k] for d in places for k in (Kind.X, Kind.Y)}
+
+    def moved(step: int, disk: int, kind: int) -> float:
+        if kind == Kind.ANGLE:
+            return 0.0
+        cos, sin = np.cos(angle[step, disk]), np.sin(angle[step, disk])
+        along, across = shift[disk, Kind.X], shift[disk, Kind.Y]
+        return cos * along - sin * across if kind == Kind.X else sin * along + cos * across
+
+    by = [moved(*each) for each in zip(*(field.tolist() for field in readings[:3]), strict=True)]
+    stated = Tolerance(marker_m=3e-4, marker_rad=0.003)
+    return replace(recording, readings=readings._replace(value=readings.value + by), tolerance=stated)
+
+
+@pytest.fixture
+def searched_by_two_sensors():
+    """The search of a rig with an effect, read by two sensors at given places."""
+
+    def searched(effect, places):
+        rig = recorded(Case(hidden=(tuple(effect.items()),)))
+        task = Task(read_by_two_sensors(rig, places), without=frozenset(EFFECT_KINDS) - KEPT)
+        return to_search(task, lambda stage: None, serially)
+
+    return searched
+
+
+@pytest.mark.parametrize("effect", [LOSSY, WEAK], ids=lambda effect: effect["kind"])
+def test_sensors_far_off_their_places_are_no_effects(searched_by_two_sensors, effect):
+    as_stated = searched_by_two_sensors(effect, SENSORS)
+    freed = with_wider_markers(as_stated, serially)
+    (found,) = freed.choice.effects
+    assert found.kind == effect["kind"]
+    assert found in as_stated.choice.effects
+    assert len(as_stated.choice.effects) > 1
+    (told,) = (remark for remark in freed.tested.doubted.recording.remarks if "marker_m" in remark)
+    size = float(re.findall(r"by some ([0-9.]+) mm, where 0.3 mm", told)[0])
+    assert size == pytest.approx(1e3 * np.sqrt(np.mean([np.hypot(*place) ** 2 for place in SENSORS.values()])), rel=0.2)
+
+
+def test_sensors_at_their_places_are_believed(searched_by_two_sensors):
+    as_stated = searched_by_two_sensors(LOSSY, dict.fromkeys(SENSORS, (0.0, 0.0)))
+    assert with_wider_markers(as_stated, serially) is as_stated

@@ -15,10 +15,11 @@ from prb3r.diagnosis.fit.constants import CONSTANTS_IN_WORDS
 from prb3r.diagnosis.fit.least_squares import fit
 from prb3r.diagnosis.fit.model import Fit, normal_matrix
 from prb3r.diagnosis.fit.prediction import predictor
-from prb3r.diagnosis.fit.tolerance import IN_RAD
+from prb3r.diagnosis.fit.tolerance import IN_M, IN_RAD, MARKER, EstimatedTolerances
 from prb3r.diagnosis.search.pool import Survivor
 from prb3r.diagnosis.search.selection import Choice
 from prb3r.diagnosis.settings import Settings
+from prb3r.model.files.cells import count
 from prb3r.recording.recording import Prior, Recording, Tolerance
 
 STATED = {"log_stiffness": "youngs_modulus", "log_friction": "friction_coefficient"}
@@ -88,13 +89,60 @@ def with_turned_markers(calibrated: Fit, doubts: Doubts) -> Tolerance | None:
     None too where positions are not read: rest curvature of the plates turns the disks alike.
     """
     recording, settings = calibrated.recording, calibrated.model.settings
-    told = tolerances_told(calibrated, doubts)
-    turned = [k for k, name in enumerate(told.names) if name.endswith(IN_RAD)]
-    far = np.abs(told.value[turned]) > settings.far_stated_sd * told.prior_sd[turned]
-    if far.sum() < settings.fewest_turned or not recording.readings.is_position.any():
+    few = len(_far_markers(calibrated, doubts, IN_RAD)) < settings.fewest_turned
+    if few or not recording.readings.is_position.any():
         return None
-    wide = settings.wider_turn * recording.tolerance.marker_turn
+    wide = settings.wider_marker * recording.tolerance.marker_turn
     return recording.tolerance.model_copy(update={"marker_rad": wide})
+
+
+def with_shifted_markers(fitted: Fit, doubts: Doubts) -> Tolerance | None:
+    """The tolerances of a recording with a wider one of the places of markers, if under a fit with effects some marker
+    sits off by far more than the stated one; else None."""
+    recording = fitted.recording
+    if not fitted.effects or not _far_markers(fitted, doubts, IN_M):
+        return None
+    wide = fitted.model.settings.wider_marker * recording.tolerance.marker(recording.manipulator.segment)
+    return recording.tolerance.model_copy(update={"marker_m": wide, "marker_rad": recording.tolerance.marker_turn})
+
+
+def _far_markers(fitted: Fit, doubts: Doubts, unit: str) -> set[str]:
+    """The numbers of the disks whose markers are far beyond their tolerance, of angles (`IN_RAD`) or places (`IN_M`),
+    under a fit."""
+    settings, told = fitted.model.settings, tolerances_told(fitted, doubts)
+    far = np.abs(told.value) > settings.far_stated_sd * told.prior_sd
+    return {disk for disk, name in _of_markers(told, unit) if far[told.names.index(name)]}
+
+
+def _of_markers(told: EstimatedTolerances, unit: str) -> list[tuple[str, str]]:
+    """The number of the disk, and the name, of each tolerance of a marker in a unit."""
+    return [(name.split()[1], name) for name in told.names if name.startswith(MARKER) and name.endswith(unit)]
+
+
+def _usually_off(fitted: Fit, doubts: Doubts, unit: str) -> float:
+    """By how much markers are off under a fit, m or rad: root mean square over the markers."""
+    told = tolerances_told(fitted, doubts)
+    names = _of_markers(told, unit)
+    squares = sum(told.value[told.names.index(name)] ** 2 for _, name in names)
+    return float(np.sqrt(squares / len({disk for disk, _ in names})))
+
+
+def shifted_markers(recording: Recording, before: Choice, freed: Choice) -> str:
+    """A remark that markers sit off their places on their disks by more than is stated.
+
+    Parameters
+    ----------
+    recording : as it was recorded.
+    before, freed : the choice with what is stated, and with a wide tolerance of these places.
+    """
+    lengths = _usually_off(freed.fitted, freed.doubts, IN_M), recording.tolerance.marker(recording.manipulator.segment)
+    size, stated = (f"{1e3 * length:.2g} mm" for length in lengths)
+    fewer, more = len(freed.effects), len(before.effects)
+    return (
+        f"markers sit off their places on their disks by some {size}, where {stated} were allowed for, and with that "
+        f"{count(fewer, 'effect')} in the place of {more} {'explains' if fewer == 1 else 'explain'} the readings "
+        "better: measure where they sit, and state marker_m under [tolerance]"
+    )
 
 
 def turned_markers(recording: Recording, freed: Fit, doubts: Doubts) -> str:
@@ -105,9 +153,7 @@ def turned_markers(recording: Recording, freed: Fit, doubts: Doubts) -> str:
     recording : as it was recorded.
     freed : the fit of constants alone with a wide tolerance of these angles.
     """
-    told = tolerances_told(freed, doubts)
-    turned = np.array([value for name, value in zip(told.names, told.value, strict=True) if name.endswith(IN_RAD)])
-    angles = np.sqrt(np.mean(turned**2)), recording.tolerance.marker_turn
+    angles = _usually_off(freed, doubts, IN_RAD), recording.tolerance.marker_turn
     size, stated = (f"{180 / np.pi * angle:.2g} degrees" for angle in angles)
     return (
         f"markers are turned on their disks by some {size}, where {stated} were allowed for, and constants alone "

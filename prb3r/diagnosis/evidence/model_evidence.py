@@ -71,6 +71,12 @@ def log_evidence(fitted: Fit, log_odds: Mapping[Hypothesis, float]) -> float:
     return float(-fitted.chi2 / 2 - volume / 2 + sided * np.log(2) + odds)
 
 
+def log_evidence_in_full(fitted: Fit, log_odds: Mapping[Hypothesis, float]) -> float:
+    """As :func:`log_evidence`, with the density of the noise in full: also models under another noise, or with other
+    tolerances of the rig, can be compared."""
+    return log_evidence(fitted, log_odds) + fitted.model.noise.log_density(np.zeros(fitted.recording.readings.count))
+
+
 def improves_left_out(simple: Fit, rich: Fit) -> bool:
     """Whether `rich` predicts left-out sequences better than `simple`: by log score, summed over the sequences."""
     return float((left_out_deviance(rich) - left_out_deviance(simple)).sum()) < 0

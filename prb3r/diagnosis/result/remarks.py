@@ -30,7 +30,7 @@ def not_predicted(failed: Sequence[JudgedSequence]) -> list[str]:
     """Sequences set aside that the explanation does not predict, a sentence each."""
     remarks = []
     for sequence in failed:
-        beyond = f"its errors are {sequence.error_sd:.2g} times those that noise, tensions and the fit together lead to expect"
+        beyond = f"its errors are {sequence.error_sd:.2g} times those that noise, tensions and the fit make probable"
         remarks.append(
             f"sequence {sequence.name}, which no fit has seen, is not predicted: "
             f"{'no equilibrium at some step' if sequence.lost else beyond}; "

@@ -43,12 +43,14 @@ class FitsSettings:
     far_stated_sd: float = 3.0
     """Stated standard deviations from which on a constant contradicts what is stated of it: by chance once in 370."""
     misstated: float = 0.1
-    """Prior probability that what is stated of a constant is wrong.  Choice: as common as a common effect."""
+    """Prior probability that what is stated of a constant, or of the places of markers, is wrong.  Choice: as common as
+    a common effect."""
     fewest_turned: int = 2
     """Markers that are turned far beyond their tolerance, from which on a wider one is tried.  Choice: one alone is
     looked at."""
-    wider_turn: float = 10.0
-    """How many times as wide that one is.  Choice: three degrees in the place of 0.3, which is seen by eye."""
+    wider_marker: float = 10.0
+    """How many times as wide that one is, and one of places that is tried.  Choice: three degrees in the place of 0.3,
+    or a few millimetres in the place of some tenths, which are seen by eye."""
     pinned_fall: float = 0.1
     """Fall of ln stiffness at which a fit without equilibrium there counts as pinned.  Choice."""
     strong_effect: float = 0.2
