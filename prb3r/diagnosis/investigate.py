@@ -193,7 +193,7 @@ def without_blunders(task: Task, report: Report, apply: Apply) -> SetUp:
         other = _mended_beside(task, blunders[:count], searched, apply, mended if count == len(sure) + 1 else None)
         if other is None:
             break
-        if not _speaks(other, searched, blunder.least):
+        if not _speaks(other, searched, blunder):
             rival = is_rival(_weighed(other), _weighed(searched))
             return SetUp(searched, said, blunder, other) if rival else SetUp(searched, said)
         if again := _where_mending_moves_nothing(task, other, said, apply):
@@ -250,7 +250,7 @@ def _is_clear(as_it_is: Searched, mended: Searched, last: Blunder, settings: Set
     This spares the full search of a recording that is spoiled, which takes long and finds nothing.
     """
     ahead = mended.choice.worth_of_first_start > _ahead(as_it_is, last, settings)
-    return ahead and not mended.choice.structured and _speaks(mended, as_it_is, last.least)
+    return ahead and not mended.choice.structured and _speaks(mended, as_it_is, last)
 
 
 def _mended_beside(
@@ -288,8 +288,13 @@ def _weighed(searched: Searched) -> tuple[Choice, Search]:
     return searched.choice, searched.tested.doubted.search
 
 
-def _speaks(mended: Searched, as_it_is: Searched, least: float) -> bool:
-    """Whether mending explains a recording so much better that the blunder is reported (:func:`speaks_for`)."""
+def _speaks(mended: Searched, as_it_is: Searched, blunder: Blunder) -> bool:
+    """Whether mending explains a recording so much better that the blunder is reported (:func:`speaks_for`).
+
+    Where it spares effects, and no others take their place, less evidence suffices (`Blunder.least_in_place`).
+    """
+    spared = mended.choice.kinds < as_it_is.choice.kinds and not mended.choice.structured
+    least = min(blunder.least, blunder.least_in_place) if spared else blunder.least
     return speaks_for(_weighed(mended), _weighed(as_it_is), least)
 
 

@@ -92,6 +92,12 @@ def sequences_swapped(known, a, b):
     return relabelled(known, step=lambda step, name: to.get(step, step))
 
 
+def hung_elsewhere(known, disk, other):
+    """With what hangs at a disk noted at another one."""
+    steps = known.steps.rename(columns={f"disk{disk}_y_n": f"disk{other}_y_n"})
+    return replace(known, steps=steps, loads=loads_of(known.manipulator, known.manipulator.chain(), steps))
+
+
 FORGOTTEN_SLIPS = "the slip columns were forgotten: a cable without one counts as drawn in even where its tension falls"
 
 
@@ -146,3 +152,9 @@ PLANTED = {
         np.where(r.readings.kind == Kind.ANGLE, np.degrees(r.readings.value), r.readings.value)
     ),
 }
+LADEN = {
+    "what hung at disk 4 is noted as loads on disk 5": lambda r: hung_elsewhere(r, 4, 5),
+    "the disks that loads hang on are counted from the tip": lambda r: hung_elsewhere(r, 4, 3),
+    "the disks that loads hang on are counted from the tip, which is 0": lambda r: hung_elsewhere(r, 4, 2),
+}
+"""The same for the recording of an arm with weights on its tip and on a disk."""

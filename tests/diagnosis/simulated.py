@@ -59,9 +59,11 @@ REVERSING = {
     "mixed": [(0, 0, 0, 50), (0, 80, 0, 50), (0, 70, 0, 90), (0, 30, 0, 80), (0, 40, 0, 30), (0, 90, 0, 40)],
 }
 """Cables that turn back again and again, some by a little, some far."""
-PROGRAMS = {"plain": PROGRAM, "reversing": REVERSING, "hung": PROGRAM}
+PROGRAMS = {"plain": PROGRAM, "reversing": REVERSING, "hung": PROGRAM, "laden": PROGRAM}
 HUNG = {"out": 6.0, "down": 0.0, "in": 3.0, "counter": 0.0, "mixed": 6.0}
 """Weight on the tip of an arm that hangs down, by sequence, N along x."""
+LADEN = {"out": (0.0, 4.0), "down": (0.0, 9.0), "in": (-2.0, 4.0), "counter": (0.0, -9.0), "mixed": (2.0, 9.0)}
+"""Weights on the tip and on disk 4 of an arm that lies, by sequence, N along y; they are hung in four equal parts."""
 MEASUREMENT = {
     "position_sd_m": 3e-4,
     "angle_sd_rad": 0.005,
@@ -99,6 +101,11 @@ def steps_of(name: str, program: str = "plain") -> list[dict]:
             f"slip_{n}": slip[j] for j, n in enumerate(CABLES)
         }
         loads |= {"tip_x_n": HUNG[name]} if program == "hung" else {}
+        if program == "laden":
+            loads |= {
+                column: weight * (k + 1) / 4
+                for column, weight in zip(("tip_y_n", "disk4_y_n"), LADEN[name], strict=True)
+            }
         rows.append({"sequence": name, "step": k + 1, **loads})
     return rows
 

@@ -8,7 +8,7 @@ from unittest.mock import Mock
 
 import numpy as np
 import pytest
-from diagnosis.planted import FORGOTTEN_SLIPS, PLANTED, farther, other_cables, other_steps, without_slips
+from diagnosis.planted import FORGOTTEN_SLIPS, LADEN, PLANTED, farther, other_cables, other_steps, without_slips
 from diagnosis.simulated import LOSSY, Case, diagnosed, recorded
 
 from prb3r.diagnosis import investigate as around
@@ -65,16 +65,24 @@ def example():
     return load_recording(Path(__file__).parents[2] / "studies" / "recordings" / "bench-example")
 
 
-@pytest.mark.parametrize("blunder", PLANTED)
+@cache
+def laden():
+    """An arm that lies, with weights on its tip and on a disk, of which the file says all."""
+    return recorded(Case(hidden=(), program="laden"))
+
+
+@pytest.mark.parametrize("blunder", [*PLANTED, *LADEN])
 def test_a_planted_blunder_is_named_and_its_mending_undoes_it(blunder):
-    right = example() if blunder.startswith("slip") else rig()
-    named = find_blunder(PLANTED[blunder](right), Settings())
+    right = laden() if blunder in LADEN else example() if blunder.startswith("slip") else rig()
+    named = find_blunder((PLANTED | LADEN)[blunder](right), Settings())
     assert named is not None
     assert blunder in (named.blunder, *named.alike)
     assert not any(other.startswith(named.blunder) for other in named.alike)  # as from the second step on
     if named.blunder == blunder:
         mended = named.mended
         np.testing.assert_allclose(mended.loads.tension, right.loads.tension, rtol=1e-12)
+        for field in ("tip", "force"):
+            np.testing.assert_allclose(getattr(mended.loads, field), getattr(right.loads, field), rtol=1e-12)
         np.testing.assert_array_equal(mended.loads.slip, right.loads.slip)
         np.testing.assert_array_equal(mended.manipulator.chain().offset, right.manipulator.chain().offset)
         left = set(zip(*(field.tolist() for field in mended.readings[:3]), mended.readings.value.round(9), strict=True))

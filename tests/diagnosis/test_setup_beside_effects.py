@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from diagnosis.planted import (
     FORGOTTEN_SLIPS,
+    LADEN,
     PLANTED,
     backward,
     late,
@@ -61,6 +62,27 @@ def test_physics_is_no_blunder(hidden):
     assert not blunders or not blunders[-1].plain
     if blunders and not blunders[-1].faint:
         assert not without_blunders(Task(case), lambda stage: None, serially).blunders
+
+
+@pytest.mark.parametrize(
+    "effect",
+    [
+        {"kind": "weight_friction", "efficiency": 0.75},
+    ],
+)
+def test_an_effect_that_looks_like_a_blunder_of_another_size_stays_an_effect(effect):
+    right = recorded(Case(hidden=(tuple(effect.items()),), program="laden"))
+    found = investigate(Task(right, without=RUBBING | YIELDING | IMITATING))
+    assert (found.verdict, found.choice.kinds) == ("explained", {effect["kind"]})
+    assert found.rival_blunder is None
+
+
+@pytest.mark.parametrize("blunder", LADEN)
+def test_a_blunder_that_an_effect_imitates_is_said_in_its_place(blunder):
+    wrong = LADEN[blunder](recorded(Case(hidden=(), program="laden")))
+    found = investigate(Task(wrong, without=RUBBING | YIELDING | IMITATING))
+    assert (found.verdict, found.choice.kinds) == ("set-up", frozenset())
+    assert [said.blunder for said in found.blunders] == [blunder]
 
 
 def test_a_blunder_is_told_from_the_physics_that_was_left_out_beside_it():

@@ -15,6 +15,10 @@ class BlundersSettings:
     """Logarithm of the likelihood ratio from which on a blunder is held against the effects that are found: odds of 20,
     "strong" (Kass and Raftery).  Four wrong signs of slip, which friction that lags imitates, had 4.0 to 8.6 where
     9.7 to 12.0 are asked to say them."""
+    imitated_rate: float = 1e-2
+    """Share of recordings with an effect that looks like a blunder, in which the blunder may be said in its place: one
+    in a hundred.  A pulley may take of a weight what a lever that is shorter by a disk would.  Choice: few recordings
+    have such an effect."""
     modulus_sd: float = float(np.log(1.5))
     """Of ln E: a handbook's modulus of the right material is right within a half.  Choice."""
     friction_sd: float = float(np.log(3.0))

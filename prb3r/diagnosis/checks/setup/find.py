@@ -16,6 +16,7 @@ import numpy as np
 
 from prb3r.diagnosis.checks.setup.attempt import Attempt, attempt_on
 from prb3r.diagnosis.checks.setup.cables import cable_blunders
+from prb3r.diagnosis.checks.setup.hung import hung_blunders
 from prb3r.diagnosis.checks.setup.order import EXCHANGED_STEPS, order_blunders, step_blunders
 from prb3r.diagnosis.checks.setup.pictures import picture_blunders
 from prb3r.diagnosis.checks.setup.remedy import File, Remedy
@@ -42,7 +43,8 @@ class Blunder:
     mended: Recording
     """The recording without the blunder."""
     plain: bool
-    """Whether constants alone explain the mended recording; else effects that were left out could explain as much."""
+    """Whether constants alone explain the mended recording, and no effect imitates the blunder; else effects that were
+    left out could explain as much."""
     least: float
     """Log likelihood ratio that is needed to report the blunder."""
     faint: bool = False
@@ -51,6 +53,9 @@ class Blunder:
     expected: bool = False
     """Whether the tables speak for it by themselves, and the readings as much as for a blunder for which they do
     not."""
+    least_in_place: float = np.inf
+    """Log likelihood ratio that suffices to report it in the place of effects that imitate it; infinite if none
+    does."""
 
     @property
     def sure(self) -> bool:
@@ -65,8 +70,9 @@ class Blunder:
 
 
 def remedies(recording: Recording, settings: Settings) -> list[Remedy]:
-    """All remedies that could be tried on a recording: of pictures, cables, slip, units and order, in this order."""
-    others = (cable_blunders, slip_blunders, unit_blunders, order_blunders)
+    """All remedies that could be tried on a recording: of pictures, cables, slip, units, loads on disks and order, in
+    this order."""
+    others = (cable_blunders, slip_blunders, unit_blunders, hung_blunders, order_blunders)
     return [*picture_blunders(recording, settings), *(remedy for family in others for remedy in family(recording))]
 
 
@@ -120,11 +126,13 @@ def find_blunder(
     alike = tuple(t.remedy.blunder for t in others if t.total < close)
     within_noise = expected_loss(float(np.exp(settings.far_noise))) * len(np.unique(recording.readings.step))
     # photographs miss by no more than noise that is not far off the stated one: nothing is left to explain
-    plain = best.total < within_noise and not effects and bool(speaking)
+    plain = best.total < within_noise and not effects and bool(speaking) and not best.remedy.imitated
     remedy = best.remedy
     mended = remedy.mend(recording).recording
     expected = remedy.kind == FORGOTTEN and best.gain >= least_gains(among, settings)[remedy]
-    return Blunder(remedy.blunder, alike, remedy.file, mended, plain, least[remedy], not speaking, expected)
+    of_kind = sum(other.imitated and other.kind == remedy.kind for other in among)
+    in_place = float(np.log(of_kind / settings.imitated_rate)) if remedy.imitated else np.inf
+    return Blunder(remedy.blunder, alike, remedy.file, mended, plain, least[remedy], not speaking, expected, in_place)
 
 
 def least_gains(among: Sequence[Remedy], settings: Settings, doubted: Sequence[str] = ()) -> dict[Remedy, float]:

@@ -35,6 +35,9 @@ class Remedy:
     """The file that has to be mended."""
     mend: Callable[[Recording], Mended]
     """Returns a recording without the blunder."""
+    imitated: bool = False
+    """Whether an effect of some size looks much the same, so that it is weighed against effects although constants
+    alone explain the mended recording."""
 
 
 def parts_of(recording: Recording, concerned: np.ndarray) -> Iterator[tuple[np.ndarray, str]]:
