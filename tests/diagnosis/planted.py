@@ -98,6 +98,15 @@ def hung_elsewhere(known, disk, other):
     return replace(known, steps=steps, loads=loads_of(known.manipulator, known.manipulator.chain(), steps))
 
 
+def other_lengths(known, disks):
+    """With plates in the file that are longer by this many disks."""
+    manipulator = known.manipulator
+    for number, segment in enumerate(manipulator.segment, 1):
+        length = segment.length_m + disks * manipulator.disk.thickness_m
+        manipulator = manipulator.replace(f"segment.{number}.length_m", length)
+    return replace(known, manipulator=manipulator, loads=loads_of(manipulator, manipulator.chain(), known.steps))
+
+
 FORGOTTEN_SLIPS = "the slip columns were forgotten: a cable without one counts as drawn in even where its tension falls"
 
 
@@ -142,6 +151,10 @@ PLANTED = {
     "weights noted as newtons are kilograms": in_kilograms,
     "weights of sequence down noted as newtons are kilograms": lambda r: in_kilograms(r, "down"),
     "weights of sequence out noted as newtons are grams": lambda r: in_kilograms(r, "out", 1e-3),
+    "length_m of every segment is the pitch, with a disk in it": lambda r: other_lengths(r, 1),
+    "the thickness of a disk was taken off length_m of every segment, which is without it anyway": lambda r: (
+        other_lengths(r, -1)
+    ),
     "slip is declared with the wrong sign": lambda r: other_steps(
         r, **{f"slip_{name}": -r.steps[f"slip_{name}"] for name in "1234"}
     ),

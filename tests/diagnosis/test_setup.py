@@ -85,6 +85,7 @@ def test_a_planted_blunder_is_named_and_its_mending_undoes_it(blunder):
             np.testing.assert_allclose(getattr(mended.loads, field), getattr(right.loads, field), rtol=1e-12)
         np.testing.assert_array_equal(mended.loads.slip, right.loads.slip)
         np.testing.assert_array_equal(mended.manipulator.chain().offset, right.manipulator.chain().offset)
+        assert mended.manipulator.chain().length == pytest.approx(right.manipulator.chain().length, abs=1e-12)
         left = set(zip(*(field.tolist() for field in mended.readings[:3]), mended.readings.value.round(9), strict=True))
         assert left <= set(
             zip(*(field.tolist() for field in right.readings[:3]), right.readings.value.round(9), strict=True)

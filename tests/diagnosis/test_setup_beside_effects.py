@@ -38,6 +38,7 @@ from prb3r.recording.plausibility import contradicted_slips
 
 pytestmark = pytest.mark.long
 
+LENGTHS = [blunder for blunder in PLANTED if "length_m" in blunder]
 RIGHT = {
     "nothing": (),
     "a dead cable": ({"kind": "dead_cable", "cable": "1"},),
@@ -68,18 +69,20 @@ def test_physics_is_no_blunder(hidden):
     "effect",
     [
         {"kind": "weight_friction", "efficiency": 0.75},
+        {"kind": "camera_scale", "scale": 0.9},
     ],
 )
 def test_an_effect_that_looks_like_a_blunder_of_another_size_stays_an_effect(effect):
+    """A pitch for lengths would be a scale of 0.882."""
     right = recorded(Case(hidden=(tuple(effect.items()),), program="laden"))
     found = investigate(Task(right, without=RUBBING | YIELDING | IMITATING))
     assert (found.verdict, found.choice.kinds) == ("explained", {effect["kind"]})
     assert found.rival_blunder is None
 
 
-@pytest.mark.parametrize("blunder", LADEN)
+@pytest.mark.parametrize("blunder", [*LADEN, *LENGTHS])
 def test_a_blunder_that_an_effect_imitates_is_said_in_its_place(blunder):
-    wrong = LADEN[blunder](recorded(Case(hidden=(), program="laden")))
+    wrong = (LADEN | PLANTED)[blunder](recorded(Case(hidden=(), program="laden")))
     found = investigate(Task(wrong, without=RUBBING | YIELDING | IMITATING))
     assert (found.verdict, found.choice.kinds) == ("set-up", frozenset())
     assert [said.blunder for said in found.blunders] == [blunder]

@@ -17,6 +17,7 @@ import numpy as np
 from prb3r.diagnosis.checks.setup.attempt import Attempt, attempt_on
 from prb3r.diagnosis.checks.setup.cables import cable_blunders
 from prb3r.diagnosis.checks.setup.hung import hung_blunders
+from prb3r.diagnosis.checks.setup.lengths import length_blunders
 from prb3r.diagnosis.checks.setup.order import EXCHANGED_STEPS, order_blunders, step_blunders
 from prb3r.diagnosis.checks.setup.pictures import picture_blunders
 from prb3r.diagnosis.checks.setup.remedy import File, Remedy
@@ -70,9 +71,9 @@ class Blunder:
 
 
 def remedies(recording: Recording, settings: Settings) -> list[Remedy]:
-    """All remedies that could be tried on a recording: of pictures, cables, slip, units, loads on disks and order, in
-    this order."""
-    others = (cable_blunders, slip_blunders, unit_blunders, hung_blunders, order_blunders)
+    """All remedies that could be tried on a recording: of pictures, cables, lengths, slip, units, loads on disks and
+    order, in this order."""
+    others = (cable_blunders, length_blunders, slip_blunders, unit_blunders, hung_blunders, order_blunders)
     return [*picture_blunders(recording, settings), *(remedy for family in others for remedy in family(recording))]
 
 

@@ -1,0 +1,28 @@
+"""Blunders with the lengths of plates: the pitch of the disks taken for them, or a disk taken off once too often."""
+
+from collections.abc import Iterator
+from functools import partial
+
+from prb3r.diagnosis.checks.setup.remedy import Remedy, with_manipulator
+from prb3r.model.manipulator import Manipulator
+from prb3r.recording.recording import Recording
+
+
+def length_blunders(recording: Recording) -> Iterator[Remedy]:
+    """The remedies of all blunders with lengths that a recording could hold; none where disks have no thickness, or
+    clamps would leave nothing of a plate to bend."""
+    manipulator = recording.manipulator
+    disk = manipulator.disk.thickness_m
+    for change, words in (
+        (-disk, "length_m of every segment is the pitch, with a disk in it"),
+        (disk, "the thickness of a disk was taken off length_m of every segment, which is without it anyway"),
+    ):
+        other = _lengthened(manipulator, change)
+        if change and all(segment.length_m > 2 * segment.clamp_m for segment in other.segment):
+            yield Remedy("lengths", words, "manipulator", partial(with_manipulator, manipulator=other), imitated=True)
+
+
+def _lengthened(manipulator: Manipulator, change: float) -> Manipulator:
+    """A manipulator with plates that are longer by `change`, m."""
+    segments = [s.model_copy(update={"length_m": round(s.length_m + change, 12)}) for s in manipulator.segment]
+    return manipulator.model_copy(update={"segment": segments})
