@@ -92,6 +92,13 @@ def sequences_swapped(known, a, b):
     return relabelled(known, step=lambda step, name: to.get(step, step))
 
 
+def in_pounds(known, columns, sequence=None, as_kilograms=False):
+    """Pounds in some columns of newtons, in all sequences or in one; or, taken for kilograms, 9.81 times as much."""
+    here, pound = known.steps["sequence"].eq(sequence or known.steps["sequence"]), 0.45359237  # kg
+    worth = pound if as_kilograms else pound * known.manipulator.gravity_m_s2
+    return other_steps(known, **known.steps[columns].where(~here, known.steps[columns] / worth))
+
+
 def hung_elsewhere(known, disk, other):
     """With what hangs at a disk noted at another one."""
     steps = known.steps.rename(columns={f"disk{disk}_y_n": f"disk{other}_y_n"})
@@ -123,6 +130,10 @@ def axes_exchanged(recording):
     return replace(recording, readings=recording.readings._replace(kind=other))
 
 
+CABLES_N = [f"cable_{name}_n" for name in "1234"]
+"""Columns of the tensions."""
+DEAD_N = ["tip_y_n", "disk4_y_n"]
+"""Columns of the weights of an arm that is laden."""
 PLANTED = {
     "cables 1 and 4 are exchanged": lambda r: other_steps(
         r,
@@ -151,6 +162,10 @@ PLANTED = {
     "weights noted as newtons are kilograms": in_kilograms,
     "weights of sequence down noted as newtons are kilograms": lambda r: in_kilograms(r, "down"),
     "weights of sequence out noted as newtons are grams": lambda r: in_kilograms(r, "out", 1e-3),
+    "weights of sequence down noted as newtons are pounds": lambda r: in_pounds(r, CABLES_N, "down"),
+    "weights of sequence out noted as newtons are pounds that were taken for kilograms": lambda r: in_pounds(
+        r, CABLES_N, "out", as_kilograms=True
+    ),
     "length_m of every segment is the pitch, with a disk in it": lambda r: other_lengths(r, 1),
     "the thickness of a disk was taken off length_m of every segment, which is without it anyway": lambda r: (
         other_lengths(r, -1)
@@ -166,6 +181,10 @@ PLANTED = {
     ),
 }
 LADEN = {
+    "tip_y_n and disk4_y_n hold pounds": lambda r: in_pounds(r, DEAD_N),
+    "tip_y_n and disk4_y_n hold pounds that were taken for kilograms": lambda r: in_pounds(
+        r, DEAD_N, as_kilograms=True
+    ),
     "what hung at disk 4 is noted as loads on disk 5": lambda r: hung_elsewhere(r, 4, 5),
     "the disks that loads hang on are counted from the tip": lambda r: hung_elsewhere(r, 4, 3),
     "the disks that loads hang on are counted from the tip, which is 0": lambda r: hung_elsewhere(r, 4, 2),

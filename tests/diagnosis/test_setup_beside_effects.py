@@ -70,10 +70,12 @@ def test_physics_is_no_blunder(hidden):
     [
         {"kind": "weight_friction", "efficiency": 0.75},
         {"kind": "camera_scale", "scale": 0.9},
+        {"kind": "tip_load_friction", "efficiency": 0.9},
+        {"kind": "tip_load_friction", "efficiency": 0.5},
     ],
 )
 def test_an_effect_that_looks_like_a_blunder_of_another_size_stays_an_effect(effect):
-    """A pitch for lengths would be a scale of 0.882."""
+    """Pounds would let 45.4 % of a tip load arrive, a pitch for lengths would be a scale of 0.882."""
     right = recorded(Case(hidden=(tuple(effect.items()),), program="laden"))
     found = investigate(Task(right, without=RUBBING | YIELDING | IMITATING))
     assert (found.verdict, found.choice.kinds) == ("explained", {effect["kind"]})

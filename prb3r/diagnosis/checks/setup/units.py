@@ -1,8 +1,9 @@
-"""Blunders with weights and loads: kilograms or grams in a column of newtons, newtons or grams in one of kilograms,
-loads upside down."""
+"""Blunders with weights and loads: kilograms, grams or pounds in a column of newtons, newtons, grams or pounds in one
+of kilograms, loads upside down."""
 
 from collections.abc import Iterator
 from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 
@@ -12,40 +13,72 @@ from prb3r.model.files.cells import numbers
 from prb3r.model.step_checks import cable_columns
 from prb3r.recording.recording import Recording
 
+POUND_KG = 0.45359237
+"""A pound (avoirdupois) in kilograms, exactly."""
+
+
+class Mistaken(NamedTuple):
+    """A unit that was taken for another one."""
+
+    noted: str
+    """Unit of the column."""
+    other: str
+    """What the numbers are in, in words that follow "are"."""
+    factor: float
+    """By which the numbers have to be multiplied."""
+    of_a_cable: bool
+    """Whether one cable alone is thought to have it; else that would look as if it was dead, or ran over a pulley that
+    rubs."""
+    imitated: bool = False
+    """Whether an effect may look the same: that a part of a load arrives."""
+
+
+def _mistaken(gravity: float) -> tuple[Mistaken, ...]:
+    """The units that may have been taken for others, where gravity is as given, m/s^2."""
+    for_kilograms = "pounds that were taken for kilograms"
+    return (
+        Mistaken("newtons", "kilograms", gravity, True),
+        Mistaken("newtons", "grams", gravity / 1000, False),
+        Mistaken("newtons", "pounds", gravity * POUND_KG, True),
+        Mistaken("newtons", for_kilograms, POUND_KG, False, imitated=True),
+        Mistaken("kilograms", "newtons", 1 / gravity, True),
+        Mistaken("kilograms", "grams", 1 / 1000, False),
+        Mistaken("kilograms", "pounds", POUND_KG, False, imitated=True),
+    )
+
 
 def unit_blunders(recording: Recording) -> Iterator[Remedy]:
     """The remedies of all blunders with the unit or the sign of loads that a recording could hold."""
-    steps, gravity = recording.steps, recording.manipulator.gravity_m_s2
+    steps, units = recording.steps, _mistaken(recording.manipulator.gravity_m_s2)
     loaded = {name: numbers(steps[name]).to_numpy(float) != 0 for name in steps if name.endswith(("_n", "_kg"))}
     pulled = [name for name in cable_columns(recording.manipulator, steps) if loaded[name].any()]
-    worth = {"newtons": 1.0, "kilograms": gravity, "grams": gravity / 1000}  # N
-    for unit, noted, other in (
-        ("_n", "newtons", "kilograms"),
-        ("_n", "newtons", "grams"),
-        ("_kg", "kilograms", "newtons"),
-        ("_kg", "kilograms", "grams"),
-    ):
-        columns, factor = [name for name in pulled if name.endswith(unit)], worth[other] / worth[noted]
+    for unit in units:
+        noted, other = unit.noted, unit.other
+        columns = [name for name in pulled if name.endswith("_n" if noted == "newtons" else "_kg")]
         if columns:
             every = len(columns) == len(pulled)
-            yield _scaled("unit", f"weights noted as {noted} are {other}", columns, factor)
-            if other != "grams" and (len(columns) > 1 or not every):  # a cable in grams would look as if it was dead
+            yield _scaled("unit", f"weights noted as {noted} are {other}", columns, unit)
+            if unit.of_a_cable and (len(columns) > 1 or not every):
                 for name in columns:
-                    yield _scaled("unit of a cable", f"weights of {name} are {other}", [name], factor)
+                    yield _scaled("unit of a cable", f"weights of {name} are {other}", [name], unit)
             for number, sequence in enumerate(recording.sequences if len(recording.sequences) > 1 else ()):
                 rows = recording.of_sequence == number
                 if any(loaded[name][rows].any() for name in columns):
                     blunder = f"weights of sequence {sequence} noted as {noted} are {other}"
-                    yield _scaled("unit of a sequence", blunder, columns, factor, rows)
+                    yield _scaled("unit of a sequence", blunder, columns, unit, rows)
     dead = [name for name in loaded if name not in cable_columns(recording.manipulator, steps) and loaded[name].any()]
     if dead:
         hold, have = ("holds", "has") if len(dead) == 1 else ("hold", "have")
-        yield _scaled("dead loads", f"{listed(dead)} {hold} kilograms", dead, gravity)
-        yield _scaled("dead loads", f"{listed(dead)} {have} the wrong sign", dead, -1.0)
+        for unit in units:
+            if unit.noted == "newtons" and unit.other != "grams":  # in grams, they would not be there
+                yield _scaled("dead loads", f"{listed(dead)} {hold} {unit.other}", dead, unit)
+        change = partial(with_scaled, columns=dead, factor=-1.0)
+        yield Remedy("dead loads", f"{listed(dead)} {have} the wrong sign", "steps", change)
 
 
 def _scaled(
-    kind: str, blunder: str, columns: list[str], factor: float, rows: np.ndarray | slice = slice(None)
+    kind: str, blunder: str, columns: list[str], unit: Mistaken, rows: np.ndarray | slice = slice(None)
 ) -> Remedy:
-    """The remedy that multiplies some columns of the steps by a factor, in some rows (a mask; absent: all)."""
-    return Remedy(kind, blunder, "steps", partial(with_scaled, columns=columns, factor=factor, rows=rows))
+    """The remedy that undoes a mistaken unit of some columns of the steps, in some rows (a mask; absent: all)."""
+    change = partial(with_scaled, columns=columns, factor=unit.factor, rows=rows)
+    return Remedy(kind, blunder, "steps", change, unit.imitated)
