@@ -111,8 +111,9 @@ def beside_effects(
 
     If effects were found, a blunder is sought with these effects in the model.  Two steps may be exchanged if they have
     weights that were not believed, or are held-out steps that are not predicted, these only if there are at most
-    `Settings.most_missed_steps` of them.  Where columns of slip may have been forgotten, it is also sought beside the
-    effects that do not follow the load path: slip that follows the path stands in for them.
+    `Settings.most_missed_steps` of them.  Weights of a sequence that is held out and not predicted may be noted as a
+    multiple of what hung there; this is sought without effects, too.  Where columns of slip may have been forgotten, it
+    is also sought beside the effects that do not follow the load path: slip that follows the path stands in for them.
 
     A blunder is added only if mending it makes the recording explained, and only if it still shows beside the effects
     that are then found; otherwise it had stood in for other physics.  The search of the mended recording is stopped
@@ -122,13 +123,17 @@ def beside_effects(
     there, missed = unexplained.choice.fitted.effects, unexplained.missed_steps
     exchanged = {*unexplained.doubted_steps, *(missed if len(missed) <= task.settings.most_missed_steps else ())}
     as_noted = _mended(task, blunders).recording
-    suspected: list[tuple[list[int], bool]] = [([], False)] if there else []
-    if len(exchanged) > 1:
-        suspected.append((sorted(exchanged), False))
+    pairs = sorted(exchanged) if len(exchanged) > 1 else []
+    suspected: list[tuple[list[int], bool, tuple[str, ...]]] = [([], False, ())] if there else []
+    if pairs:
+        suspected.append((pairs, False, ()))
+    if unexplained.failed:
+        suspected.append((pairs, False, unexplained.failed))
     if forgotten_slips(as_noted) and any(effect.follows_history for effect in there):
-        suspected.append(([], True))
-    for among, declared in suspected:
-        hidden = find_blunder(as_noted, task.settings, _beside(there, declared), apply, exchanged=among)
+        suspected.append(([], True, ()))
+    for among, declared, failed in suspected:
+        with_them = _beside(there, declared)
+        hidden = find_blunder(as_noted, task.settings, with_them, apply, exchanged=among, missed=failed)
         if hidden is None:
             continue
         try:
@@ -137,8 +142,8 @@ def beside_effects(
         except OutOfBalance:
             continue
         found = _beside(searched.choice.fitted.effects, declared)
-        now = find_blunder(as_noted, task.settings, found, apply, exchanged=among)
-        if now is None or now.blunder not in (hidden.blunder, *hidden.alike):
+        now = find_blunder(as_noted, task.settings, found, apply, exchanged=among, missed=failed)
+        if now is None or not hidden.is_same(now):
             continue
         mended = check(searched)
         if mended.verdict != "unexplained":

@@ -99,6 +99,12 @@ def in_pounds(known, columns, sequence=None, as_kilograms=False):
     return other_steps(known, **known.steps[columns].where(~here, known.steps[columns] / worth))
 
 
+def misnoted(known, cable, sequence, factor):
+    """With the weights of a cable in a sequence noted as a multiple of what hung there."""
+    name, here = f"cable_{cable}_n", known.steps["sequence"].eq(sequence)
+    return other_steps(known, **{name: known.steps[name].where(~here, factor * known.steps[name])})
+
+
 def hung_elsewhere(known, disk, other):
     """With what hangs at a disk noted at another one."""
     steps = known.steps.rename(columns={f"disk{disk}_y_n": f"disk{other}_y_n"})

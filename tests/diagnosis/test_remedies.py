@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from diagnosis.simulated import recorded
 
-from prb3r.diagnosis.checks.setup.find import least_gains, remedies
+from prb3r.diagnosis.checks.setup.find import least_of_kinds, remedies
 from prb3r.diagnosis.settings import Settings
 
 
@@ -26,9 +26,7 @@ def test_disks_are_not_one_off_where_a_number_would_have_no_disk():
 def test_one_of_all_blunders_is_said_by_chance_in_no_more_than_the_rate_asked_for():
     """A likelihood ratio exceeds x by chance in a share 1 / x at most (Markov): the shares of all remedies add up."""
     settings, among = Settings(), remedies(recorded(), Settings())
-    least = least_gains(among, settings)
-    assert sum(np.exp(-value) for value in least.values()) == pytest.approx(settings.blunder_rate)
-    of_kind = {
-        remedy.kind: sum(np.exp(-least[other]) for other in among if other.kind == remedy.kind) for remedy in among
-    }
+    least = least_of_kinds(among, settings)
+    of_kind = {kind: sum(np.exp(-least[kind]) for other in among if other.kind == kind) for kind in least}
+    assert sum(of_kind.values()) == pytest.approx(settings.blunder_rate)
     assert len(set(np.round(list(of_kind.values()), 12))) == 1

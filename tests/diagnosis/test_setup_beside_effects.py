@@ -12,6 +12,7 @@ from diagnosis.planted import (
     backward,
     late,
     mirrored,
+    misnoted,
     other_cables,
     other_steps,
     steps_swapped,
@@ -21,6 +22,7 @@ from diagnosis.simulated import IMITATING, RUBBING, WEAK, YIELDING, Case, record
 
 from prb3r.diagnosis import investigate as around
 from prb3r.diagnosis.check import check
+from prb3r.diagnosis.checks.setup.factors import factor_blunders
 from prb3r.diagnosis.checks.setup.find import Blunder, blunders_of, find_blunder
 from prb3r.diagnosis.checks.setup.weigh import is_left_behind, moves_nothing, speaks_for
 from prb3r.diagnosis.fit.calibrate import fit_constants
@@ -130,6 +132,27 @@ def test_steps_that_are_exchanged_in_a_sequence_that_was_set_aside_are_said():
     (blunder,) = found.blunders
     assert blunder.blunder == "the pictures of steps 1 and 3 of sequence out are exchanged"
     assert (found.verdict, found.choice.kinds, found.missed_steps) == ("set-up", frozenset(), [])
+
+
+@pytest.mark.parametrize("hidden", [(), (WEAK,)])
+def test_weights_that_are_noted_as_a_multiple_in_a_sequence_that_was_set_aside_are_said(hidden):
+    right = recorded(Case(hidden=tuple(tuple(effect.items()) for effect in hidden)))
+    found = investigate(Task(misnoted(right, "1", "out", 0.8), without=RUBBING | YIELDING | IMITATING))
+    assert (found.verdict, found.choice.kinds) == ("set-up", {effect["kind"] for effect in hidden})
+    (blunder,) = found.blunders
+    assert blunder.whose == "of cable 1 in sequence out"
+    pulled = right.loads.tension > 0
+    mended = found.recording.loads.tension
+    np.testing.assert_allclose(mended[pulled], right.loads.tension[pulled], rtol=0.02)
+
+
+def test_weights_are_only_multiplied_where_the_cable_is_pulled_as_far_in_another_sequence():
+    right = recorded()
+    said = {remedy.factor.whose for remedy in factor_blunders(right, ["out", "in"])}
+    assert said == {"of cable 1 in sequence out", "of cable 2 in sequence in", "of cable 1 in sequence in",
+                    "of sequence in"}  # fmt: skip
+    harder = other_steps(right, cable_1_n=right.steps["cable_1_n"].where(right.steps["sequence"].ne("out"), 500.0))
+    assert not list(factor_blunders(harder, ["out"]))
 
 
 @pytest.fixture(scope="module")

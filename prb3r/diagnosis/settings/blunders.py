@@ -19,6 +19,11 @@ class BlundersSettings:
     """Share of recordings with an effect that looks like a blunder, in which the blunder may be said in its place: one
     in a hundred.  A pulley may take of a weight what a lever that is shorter by a disk would.  Choice: few recordings
     have such an effect."""
+    factors_told: int = 25
+    """Factors that can be told between two of those by which the weights of a sequence are first multiplied.  Choice:
+    from a third to three times a hundred, a fiftieth apart."""
+    factor_rounds: int = 3
+    """Rounds in which a factor is refined, each four times as close.  Choice, for time: to less than a hundredth."""
     modulus_sd: float = float(np.log(1.5))
     """Of ln E: a handbook's modulus of the right material is right within a half.  Choice."""
     friction_sd: float = float(np.log(3.0))

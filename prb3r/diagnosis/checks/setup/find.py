@@ -16,6 +16,7 @@ import numpy as np
 
 from prb3r.diagnosis.checks.setup.attempt import Attempt, attempt_on
 from prb3r.diagnosis.checks.setup.cables import cable_blunders
+from prb3r.diagnosis.checks.setup.factors import MISNOTED, factor_blunders, finer
 from prb3r.diagnosis.checks.setup.hung import hung_blunders
 from prb3r.diagnosis.checks.setup.lengths import length_blunders
 from prb3r.diagnosis.checks.setup.order import EXCHANGED_STEPS, order_blunders, step_blunders
@@ -58,6 +59,13 @@ class Blunder:
     """Log likelihood ratio that suffices to report it in the place of effects that imitate it; infinite if none
     does."""
 
+    whose: str = ""
+    """What a factor concerns, of a blunder by a factor."""
+
+    def is_same(self, other: "Blunder") -> bool:
+        """Whether another blunder is this one, by its words or as what looks the same; if by a factor, by any."""
+        return other.blunder in (self.blunder, *self.alike) or bool(self.whose and self.whose == other.whose)
+
     @property
     def sure(self) -> bool:
         """Whether it is reported without a comparison with effects."""
@@ -99,6 +107,7 @@ def find_blunder(
     apply: Apply = serially,
     faint: bool = False,
     exchanged: Sequence[int] = (),
+    missed: Sequence[str] = (),
 ) -> Blunder | None:
     """The blunder that explains most of a recording's misfit, of those that explain more than chance could.
 
@@ -108,19 +117,24 @@ def find_blunder(
     apply : tries many remedies, in workers for instance, where predictions are slow.
     faint : whether a blunder with less evidence, at least `Settings.faint_blunder`, is returned if there is no other.
     exchanged : rows of steps of which two may be exchanged.
+    missed : names of sequences of which the weights may be noted as a multiple of what hung there.
     """
     manipulator = recording.manipulator.model_copy(update={"effect": [*recording.manipulator.effect, *effects]})
     attempt = attempt_on(replace(recording, manipulator=manipulator) if effects else recording, settings)
-    among = [*remedies(attempt.recording, settings), *step_blunders(attempt.recording, exchanged)]
-    least = least_gains(among, settings, doubted_slips(recording))
+    among = [
+        *remedies(attempt.recording, settings),
+        *step_blunders(attempt.recording, exchanged),
+        *factor_blunders(attempt.recording, missed),
+    ]
+    least = least_of_kinds(among, settings, doubted_slips(recording))
     tried = trials(attempt, among, apply)
     better = [t for t in tried if t.total < attempt.here.total]
-    speaking = [t for t in better if t.gain >= least[t.remedy]]
+    speaking = [t for t in better if t.gain >= least[t.remedy.kind]]
     whispering = [t for t in better if t.gain >= settings.faint_blunder] if faint and not speaking else []
     if not speaking and not whispering:
         return None
     # a gain is of the readings that the remedy concerns: remedies are compared by the misfit of all readings
-    best = min(speaking or whispering, key=lambda t: t.total + least[t.remedy])
+    best = min(speaking or whispering, key=lambda t: t.total + least[t.remedy.kind])
     close = best.total + settings.close_fit / 2
     # the same blunder in fewer steps is less, not another one
     others = (t for t in tried if t is not best and not t.remedy.blunder.startswith(best.remedy.blunder))
@@ -130,33 +144,48 @@ def find_blunder(
     plain = best.total < within_noise and not effects and bool(speaking) and not best.remedy.imitated
     remedy = best.remedy
     mended = remedy.mend(recording).recording
-    expected = remedy.kind == FORGOTTEN and best.gain >= least_gains(among, settings)[remedy]
+    expected = remedy.kind == FORGOTTEN and best.gain >= least_of_kinds(among, settings)[remedy.kind]
     of_kind = sum(other.imitated and other.kind == remedy.kind for other in among)
-    in_place = float(np.log(of_kind / settings.imitated_rate)) if remedy.imitated else np.inf
-    return Blunder(remedy.blunder, alike, remedy.file, mended, plain, least[remedy], not speaking, expected, in_place)
+    return Blunder(
+        remedy.blunder,
+        alike,
+        remedy.file,
+        mended,
+        plain,
+        least[remedy.kind],
+        faint=not speaking,
+        expected=expected,
+        least_in_place=float(np.log(of_kind / settings.imitated_rate)) if remedy.imitated else np.inf,
+        whose=remedy.factor.whose if remedy.factor else "",
+    )
 
 
-def least_gains(among: Sequence[Remedy], settings: Settings, doubted: Sequence[str] = ()) -> dict[Remedy, float]:
-    """Log likelihood ratio that each remedy needs, such that the false-alarm rate of all is `Settings.blunder_rate`.
+def least_of_kinds(among: Sequence[Remedy], settings: Settings, doubted: Sequence[str] = ()) -> dict[str, float]:
+    """Log likelihood ratio that a remedy of each kind needs, such that the false-alarm rate of all is
+    `Settings.blunder_rate`.
 
     The rate is divided evenly among the kinds of blunders, and among the remedies of each kind.
     `Settings.faint_blunder` suffices if there is other evidence for the blunder: exchanged steps are only tried where
-    the weights of both steps contradict their readings, or where these steps alone are not predicted.
+    the weights of both steps contradict their readings, or where these steps alone are not predicted.  Weights of a
+    sequence are only tried where it is not predicted, and need this for each of the factors that can be told, as chance
+    chooses among these.
 
     Parameters
     ----------
     doubted : kinds of blunders with slip that the changes of tensions speak for (:func:`doubted_slips`).
     """
     places = Counter(remedy.kind for remedy in among)
-    asked = {r: float(np.log(len(places) * places[r.kind] / settings.blunder_rate)) for r in among}
-    likely = {EXCHANGED_STEPS, *doubted}
-    return asked | {r: settings.faint_blunder for r in among if r.kind in likely}
+    least = {kind: float(np.log(len(places) * count / settings.blunder_rate)) for kind, count in places.items()}
+    least |= {kind: settings.faint_blunder for kind in (EXCHANGED_STEPS, *doubted) if kind in places}
+    if MISNOTED in places:
+        least[MISNOTED] = settings.faint_blunder + float(np.log(settings.factors_told * places[MISNOTED]))
+    return least
 
 
 def trials(attempt: Attempt, among: Sequence[Remedy], apply: Apply = serially) -> list[Trial]:
     """The most promising remedies with refitted constants, the best first."""
     settings, apply = attempt.trying.settings, apply if attempt.costly else serially
-    rough = sorted(attempt.rough(among), key=attrgetter("gain"), reverse=True)
+    rough = sorted(_refined(attempt, attempt.rough(among)), key=attrgetter("gain"), reverse=True)
     promising = rough[: settings.blunders_fitted]
     if attempt.costly:
         promising = _few_of_a_kind(rough, settings.costly_blunders_of_a_kind)[: settings.costly_blunders_fitted]
@@ -164,6 +193,16 @@ def trials(attempt: Attempt, among: Sequence[Remedy], apply: Apply = serially) -
     # a remedy is known by its function, of which workers send back a copy
     done = [replace(there, remedy=tried.remedy) for there, tried in zip(full, promising, strict=True)]
     return sorted(done, key=attrgetter("gain"), reverse=True)
+
+
+def _refined(attempt: Attempt, rough: Sequence[Trial]) -> list[Trial]:
+    """The rough trials; of blunders by some factor the most promising alone, with the factor that gains most."""
+    others, best = [t for t in rough if not t.remedy.factor], [t for t in rough if t.remedy.factor]
+    for rounds in range(attempt.trying.settings.factor_rounds if best else 0):
+        nearest = max(best, key=attrgetter("gain")).remedy.factor
+        assert nearest is not None
+        best = attempt.rough([nearest.remedy_by(factor) for factor in finer(nearest.value, rounds)])
+    return [*others, *sorted(best, key=attrgetter("gain"))[-1:]]
 
 
 def _in_full(task: tuple[Attempt, Trial]) -> Trial:

@@ -38,6 +38,18 @@ class Remedy:
     imitated: bool = False
     """Whether an effect of some size looks much the same, so that it is weighed against effects although constants
     alone explain the mended recording."""
+    factor: "Multiple | None" = None
+    """Of a blunder by a factor that is no known one: what is tried."""
+
+
+class Multiple(NamedTuple):
+    """A factor that a remedy tries."""
+
+    value: float
+    whose: str
+    """What it concerns, in words."""
+    remedy_by: Callable[[float], Remedy]
+    """Returns the remedy with another factor."""
 
 
 def parts_of(recording: Recording, concerned: np.ndarray) -> Iterator[tuple[np.ndarray, str]]:
