@@ -201,6 +201,7 @@ def test_nobody_is_told_to_use_what_is_unexplained():
     assert all(reason < k for k, line in enumerate(lines) if line.startswith("- in part"))
 
 
+@pytest.mark.long
 def test_the_misfit_of_what_is_named_is_the_same_number_wherever_it_stands():
     """Also where survivors are those of a coarser likelihood, as nothing explains the recording."""
     for case in (Case(), UNEXPLAINED):

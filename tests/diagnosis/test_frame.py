@@ -67,7 +67,7 @@ def test_only_a_frame_of_which_nothing_is_stated_and_that_is_off_is_fitted(const
     assert frame_taken(seen_with(constants, effects, **stated), Settings()) == taken
 
 
-@pytest.mark.parametrize("stated", [0.0, 5e-4])
+@pytest.mark.parametrize("stated", [pytest.param(0.0, marks=pytest.mark.long), 5e-4])
 def test_a_frame_that_is_stated_too_exactly_is_no_effect_and_is_said(stated):
     """Held at zero or within half a millimetre, the arm would have to sag or to be bent."""
     lines = {"frame_rotation_sd_rad": stated, "frame_position_sd_m": stated}

@@ -108,6 +108,7 @@ def test_blunders_show_where_friction_follows_the_path_too(blunder):
     assert (found and found.blunder) == blunder
 
 
+@pytest.mark.long
 def test_blunders_show_beside_friction_that_was_found_to_follow_the_path():
     lags = {"kind": "slip_history", "presliding_m": 1e-4}
     right, there = recorded(Case(hidden=(tuple(lags.items()),), program="reversing")), [SlipHistory(**lags)]

@@ -265,6 +265,7 @@ def test_a_weight_is_believed_that_another_model_predicts_as_it_is_noted():
     assert fresh.doubting(plain, [plain]).doubted
 
 
+@pytest.mark.long
 def test_of_models_that_explain_what_was_fitted_alike_the_one_stands_that_predicts_the_rest(monkeypatch):
     """A weak plate at its place predicts what was set aside, one at another place does not; whichever was chosen."""
     searched = to_search(Task(recorded()), lambda stage: None, serially)
@@ -335,6 +336,7 @@ def test_an_effect_of_the_most_probable_model_is_named_where_fitted_and_held_out
     assert not check(replace(simple, choice=replace(simple.choice, survivors=worse))).named
 
 
+@pytest.mark.long
 def test_what_it_would_take_to_predict_a_sequence_is_said(monkeypatch):
     """A loss in the pulley of a cable that one sequence alone pulls, and that one set aside."""
     hidden = {"kind": "pulley_friction", "cables": ("3",), "efficiency": 0.8}
