@@ -86,9 +86,17 @@ def test_a_frame_that_is_stated_too_exactly_is_no_effect_and_is_said(stated):
         (OFF, (), {"frame_position_sd_m": 0.0}, {"frame_position_sd_m": 0.009}),
         (OFF, (), {"frame_rotation_sd_rad": 0.1, "frame_position_sd_m": 0.02}, {}),
         (RIGHT, (), {"frame_rotation_sd_rad": 0.0, "frame_position_sd_m": 0.0}, {}),
+        (OFF, (), {"frame_rotation_sd_rad": 0.1, "frame_position_sd_m": 0.0}, {"frame_position_sd_m": 0.009}),
         (RIGHT, (WEAK,), {"frame_rotation_sd_rad": 0.0, "frame_position_sd_m": 0.0}, {}),
     ],
-    ids=["known, and wrong", "of the position alone", "wider than by eye", "known, and right", "a weak plate"],
+    ids=[
+        "known, and wrong",
+        "of the position alone",
+        "wider than by eye",
+        "known, and right",
+        "one is wider",
+        "a weak plate",
+    ],
 )
 def test_only_what_is_stated_more_exactly_than_by_eye_and_far_off_is_misstated(constants, effects, stated, taken):
     assert frame_misstated(seen_with(constants, effects, **stated), Settings()) == taken

@@ -40,6 +40,8 @@ from prb3r.recording.plausibility import contradicted_slips
 
 pytestmark = pytest.mark.long
 
+SURE = {"tip_y_n and disk4_y_n hold pounds"}
+"""Of the blunders with loads and lengths those that no effect imitates: more than the whole load would arrive."""
 LENGTHS = [blunder for blunder in PLANTED if "length_m" in blunder]
 RIGHT = {
     "nothing": (),
@@ -89,7 +91,9 @@ def test_a_blunder_that_an_effect_imitates_is_said_in_its_place(blunder):
     wrong = (LADEN | PLANTED)[blunder](recorded(Case(hidden=(), program="laden")))
     found = investigate(Task(wrong, without=RUBBING | YIELDING | IMITATING))
     assert (found.verdict, found.choice.kinds) == ("set-up", frozenset())
-    assert [said.blunder for said in found.blunders] == [blunder]
+    (said,) = found.blunders
+    assert said.blunder == blunder
+    assert said.sure == (blunder in SURE)
 
 
 def test_a_blunder_is_told_from_the_physics_that_was_left_out_beside_it():
@@ -134,16 +138,27 @@ def test_steps_that_are_exchanged_in_a_sequence_that_was_set_aside_are_said():
     assert (found.verdict, found.choice.kinds, found.missed_steps) == ("set-up", frozenset(), [])
 
 
-@pytest.mark.parametrize("hidden", [(), (WEAK,)])
-def test_weights_that_are_noted_as_a_multiple_in_a_sequence_that_was_set_aside_are_said(hidden):
+@pytest.mark.parametrize(("hidden", "share"), [((), 0.7), ((WEAK,), 0.8)])
+def test_weights_that_are_noted_as_a_multiple_in_a_sequence_that_was_set_aside_are_said(hidden, share):
     right = recorded(Case(hidden=tuple(tuple(effect.items()) for effect in hidden)))
-    found = investigate(Task(misnoted(right, "1", "out", 0.8), without=RUBBING | YIELDING | IMITATING))
+    found = investigate(Task(misnoted(right, "1", "out", share), without=RUBBING | YIELDING | IMITATING))
     assert (found.verdict, found.choice.kinds) == ("set-up", {effect["kind"] for effect in hidden})
     (blunder,) = found.blunders
     assert blunder.whose == "of cable 1 in sequence out"
     pulled = right.loads.tension > 0
     mended = found.recording.loads.tension
     np.testing.assert_allclose(mended[pulled], right.loads.tension[pulled], rtol=0.02)
+
+
+def test_a_blunder_by_another_factor_on_the_same_weights_is_the_same():
+    """Beside other effects another factor fits best."""
+    noted, finer, others = (
+        Blunder(f"the weights {whose} are noted as {times} times", (), "steps.csv", recorded(), False, 1.0, whose=whose)
+        for whose, times in (("of cable 1", 1.25), ("of cable 1", 1.26), ("of cable 2", 1.25))
+    )
+    assert noted.is_same(finer)
+    assert not noted.is_same(others)
+    assert not replace(noted, whose="").is_same(replace(finer, whose=""))
 
 
 def test_weights_are_only_multiplied_where_the_cable_is_pulled_as_far_in_another_sequence():

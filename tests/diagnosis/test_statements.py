@@ -10,6 +10,7 @@ from prb3r.diagnosis.known import Task
 from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.diagnosis.run import diagnosis_of
 from prb3r.diagnosis.search.apply import serially
+from prb3r.diagnosis.settings import Settings
 from prb3r.diagnosis.stages import leaves_something, to_search, to_test, with_wider_markers
 from prb3r.model.effects import EFFECT_KINDS
 from prb3r.recording.recording import Kind, Prior, Recording, Tolerance
@@ -120,9 +121,9 @@ def read_by_two_sensors(recording: Recording, places: dict[int, tuple[float, flo
 def searched_by_two_sensors():
     """The search of a rig with an effect, read by two sensors at given places."""
 
-    def searched(effect, places):
+    def searched(effect, places, **given):
         rig = recorded(Case(hidden=(tuple(effect.items()),)))
-        task = Task(read_by_two_sensors(rig, places), without=frozenset(EFFECT_KINDS) - KEPT)
+        task = Task(read_by_two_sensors(rig, places), without=frozenset(EFFECT_KINDS) - KEPT, **given)
         return to_search(task, lambda stage: None, serially)
 
     return searched
@@ -143,4 +144,9 @@ def test_sensors_far_off_their_places_are_no_effects(searched_by_two_sensors, ef
 
 def test_sensors_at_their_places_are_believed(searched_by_two_sensors):
     as_stated = searched_by_two_sensors(LOSSY, dict.fromkeys(SENSORS, (0.0, 0.0)))
+    assert with_wider_markers(as_stated, serially) is as_stated
+
+
+def test_effects_stand_where_a_wrong_statement_is_out_of_the_question(searched_by_two_sensors):
+    as_stated = searched_by_two_sensors(LOSSY, SENSORS, settings=Settings(misstated=1e-300))
     assert with_wider_markers(as_stated, serially) is as_stated
