@@ -60,6 +60,7 @@ def test_recordings_are_diagnosed_together_and_one_by_one_otherwise(tmp_path, un
         assert (tmp_path / "out" / name / "report.html").exists()
 
 
+@pytest.mark.long
 def test_diagnose_exits_with_1_where_nothing_explains(tmp_path, undrawn):
     """Weights that are wrong again and again are neither one slip nor physics."""
     recording = write_recording(tmp_path / "rig", hidden=(), seed=6)

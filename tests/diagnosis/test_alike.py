@@ -60,6 +60,7 @@ def odds_of(search, kind, rigs, **place):
     )
 
 
+@pytest.mark.long
 def test_what_one_rig_has_is_alike_on_all_or_its_own_and_both_together_are_as_probable_as_on_a_single_rig(tmp_path):
     search, alone = searched(recordings(tmp_path))
     for kind, alike in (("clamp_compliance", 0.9), ("base_compliance", 0.5)):
@@ -101,6 +102,7 @@ def test_a_value_of_a_rigs_own_is_as_near_the_shared_one_as_both_are_stated(tmp_
     assert own.parting.prior_sd == pytest.approx(expected, rel=0.05)
 
 
+@pytest.mark.long
 def test_what_leaves_shared_constants_uncertain_is_fitted_beside_them(tmp_path):
     """Clamps on all rigs widen the modulus as the normal matrix of the model that has them says."""
     recorded = recordings(tmp_path, own=tuple(SOFT.items()))

@@ -26,6 +26,7 @@ def work_of_sequences(predict, solved):
     return np.bincount(predict.recording.of_sequence, solved.states.work)
 
 
+@pytest.mark.long
 def test_no_sequence_takes_more_than_it_may(creeping):
     settings, steps = creeping.settings, np.bincount(creeping.recording.of_sequence)
     solved, usual = creeping.solve(Constants()), usual_allowance()

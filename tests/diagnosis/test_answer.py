@@ -95,6 +95,7 @@ def disputed():
     return tell(replace(found, verdict="ambiguous", choice=choice, named=named, experiments=(pair,)))
 
 
+@pytest.mark.long
 def test_the_closing_lines_tell_how_sure_what_is_named_is_and_what_could_stand_for_it():
     lines = summary_lines(disputed())
     assert any(line.startswith("- 60 %: ") for line in lines)
@@ -211,6 +212,7 @@ def test_the_misfit_of_what_is_named_is_the_same_number_wherever_it_stands():
         assert told == [found.chi2.explained]
 
 
+@pytest.mark.long
 def test_survivors_under_a_coarser_likelihood_are_told_under_the_noise_of_the_chosen_model():
     """As fitted anew under it; the coarser noise leaves them less than half of that chi-square."""
     choice = investigated(UNEXPLAINED).choice

@@ -50,6 +50,7 @@ def test_what_is_assumed_is_refitted_and_what_cannot_be_is_said():
     assert any("empirical_moment: no effect that a diagnosis looks for" in remark for remark in found.remarks)
 
 
+@pytest.mark.long
 def test_what_the_data_contradict_is_dropped_and_said():
     assumed = manipulator_of(manipulator(effects=[{"kind": "weakened_plate", "plate": 2, "factor": 0.6}]))
     found = run_stages(Task(recorded(Case(hidden=(), seed=1)), assumed=assumed))

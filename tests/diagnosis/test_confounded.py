@@ -49,6 +49,7 @@ def test_soft_parts_are_confounded_with_the_modulus_and_a_dead_cable_is_not(cons
     assert not kinds & {"dead_cable", "camera_scale", "lens_distortion"}
 
 
+@pytest.mark.long
 def test_soft_clamps_that_are_not_named_are_in_the_interval_of_the_modulus():
     """They take a twelfth of the stiffness, as a lower modulus would, and nothing tells which."""
     found = diagnosed(Case(hidden=(PULLEYS, CLAMPS), seed=2))

@@ -19,6 +19,7 @@ from prb3r.diagnosis.stages import to_search
 from tests.diagnosis.simulated import recorded
 
 
+@pytest.mark.long
 def test_effects_that_predict_what_was_set_aside_worse_than_constants_alone_explain_nothing(monkeypatch):
     """Errors of parts as drawn count, as those of another rig would: with parts as this one has them all is well."""
     searched = to_search(Task(recorded()), lambda stage: None, serially)

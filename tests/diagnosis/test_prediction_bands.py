@@ -129,6 +129,7 @@ def test_loads_that_bend_plates_further_than_the_recording_did_are_told(weak_rig
     assert told() == []
 
 
+@pytest.mark.long
 def test_loads_that_bend_plates_back_are_told_where_no_recorded_step_did(weak_rig, tmp_path):
     record, told = json.loads((weak_rig / "diagnosis.json").read_text()), []
     assert record["posterior"]["bending"]["unloads"] is True  # every sequence lets go

@@ -24,6 +24,7 @@ def timed(friction=0.3, **effect):
     return Case(hidden=(tuple(effect.items()),), friction=friction, seed=1, timed=True)
 
 
+@pytest.mark.long
 def test_times_alone_are_no_reason_to_name_friction_by_rates():
     plain, with_times = (diagnosed(Case(hidden=(), seed=1, timed=told)) for told in (False, True))
     assert (with_times.verdict, with_times.effects) == ("adequate", ())
@@ -40,13 +41,10 @@ the share of a coefficient that is estimated too, beside which a drag is found; 
 four steps tell little of a time constant of four."""
 
 
-QUICK = [
-    (case(0.6, kind="load_dependent_friction", exponent=0.6, tension_n=95.0), {}),
+QUICK = (case(0.6, kind="load_dependent_friction", exponent=0.6, tension_n=95.0), {})
+OTHERS = [
     (case(kind="tension_drift", offset_n_per_step=0.5, cables=("1",)), {"cables": ("1",)}),
     (replace(case(kind="payload_scale", scale=2.0), program="hung"), {}),
-]
-"""Cases of different sides of the library: friction, tensions, loads."""
-OTHERS = [
     (timed(0.6, kind="rate_dependent_friction", rate=0.08, reference_n_per_s=0.0629), {}),
     (case(kind="stiffness_gradient", tip_to_base=0.6), {}),
     (case(kind="umbilical", stiffness_n_m_per_rad=1.5), {}),
@@ -72,7 +70,7 @@ OTHERS = [
 
 @pytest.mark.parametrize(
     ("hidden", "place"),
-    [*QUICK, *(pytest.param(*other, marks=pytest.mark.long) for other in OTHERS)],
+    [QUICK, *(pytest.param(*other, marks=pytest.mark.long) for other in OTHERS)],
     ids=lambda value: dict(value.hidden[0])["kind"] if isinstance(value, Case) else "",
 )
 def test_what_few_rigs_have_is_named_with_its_place_and_size(hidden, place):
@@ -146,7 +144,7 @@ def test_static_friction_is_named_with_its_size_where_cables_turn_back(seed, fri
     assert size.high - size.low < 0.5
 
 
-@pytest.mark.parametrize("friction", [0.3, 0.6])
+@pytest.mark.parametrize("friction", [0.3, pytest.param(0.6, marks=pytest.mark.long)])
 def test_cables_that_turn_back_alone_are_no_reason_to_name_static_friction(friction):
     found = diagnosed(Case(hidden=(), friction=friction, seed=1, program="reversing"))
     assert (found.verdict, found.effects) == ("adequate", ())
@@ -175,6 +173,7 @@ def test_a_camera_that_moves_steadily_is_named_with_its_speed():
         assert size.high - size.low < (4e-4 if name.startswith("angle") else 5e-5)
 
 
+@pytest.mark.long
 def test_of_a_camera_that_moves_angles_alone_show_the_turn():
     turning = (("kind", "camera_drift"), ("x_m_per_step", 1e-3), ("angle_rad_per_step", 1e-3))
     found = diagnosed(Case(hidden=(turning,), read=("angle_rad",), seed=1))

@@ -40,6 +40,7 @@ from prb3r.recording.recording import Kind, Tolerance
 SAID = "the most probable model has 1 effect, as many as are sought"
 
 
+@pytest.mark.long
 def test_a_model_with_as_many_effects_as_are_sought_is_said_to_have_them():
     """One weak plate is there: of at most one effect it is the whole."""
     found = run_stages(Task(recorded(), hold_out=False, settings=Settings(most_effects=1)))
@@ -49,7 +50,8 @@ def test_a_model_with_as_many_effects_as_are_sought_is_said_to_have_them():
 
 
 @pytest.mark.parametrize(
-    ("degrees", "doubted", "impossible"), [(1.0, "802", True), (9.0, "89.1", False), (25.0, "", False)]
+    ("degrees", "doubted", "impossible"),
+    [(1.0, "802", True), *(pytest.param(*each, False, marks=pytest.mark.long) for each in ((9.0, "89.1"), (25.0, "")))],
 )
 def test_disks_that_could_touch_only_with_rims_far_outside_their_holes_are_doubted(degrees, doubted, impossible):
     """Arcs of 14 mm, holes at 25.5 mm: at 9 degrees the rims lie at 14 mm / 0.1571 = 89.1 mm, at 25 degrees at 32."""
@@ -106,12 +108,14 @@ def test_rest_curvature_at_many_places_is_said_to_be_one_form_perhaps():
     assert remark.startswith("rest curvature is named at 4 places")
 
 
+@pytest.mark.long
 def test_one_weak_plate_alone_is_not_said_to_be_plates_that_differ():
     found = check(to_search(Task(replace(recorded(), tolerance=Tolerance())), lambda stage: None, serially))
     assert [named.hypothesis.kind for named in found.named] == ["weakened_plate"]
     assert not any("plates differ" in remark for remark in found.remarks)
 
 
+@pytest.mark.long
 def test_what_is_likely_but_not_named_is_said_and_what_is_named_no_certainty():
     searched = to_search(Task(recorded()), lambda stage: None, serially)
     choice, library = searched.choice, searched.tested.doubted.search.library
@@ -142,6 +146,7 @@ def test_what_is_likely_but_not_named_is_said_and_what_is_named_no_certainty():
     assert verdicts == ["explained", "ambiguous"]
 
 
+@pytest.mark.long
 def test_a_second_effect_of_a_kind_is_as_probable_as_two_of_the_kind_and_one_at_its_place_is_likely():
     """Plates 4 and 2 are weakened in 80 %, plate 4 alone in 5 %, plates 4 and 3 in 15 %."""
     searched = to_search(Task(recorded()), lambda stage: None, serially)
@@ -162,6 +167,7 @@ def test_a_second_effect_of_a_kind_is_as_probable_as_two_of_the_kind_and_one_at_
     assert not both.likely
 
 
+@pytest.mark.long
 def test_of_what_a_rig_has_but_once_another_form_is_not_said_to_be_there_too():
     searched = to_search(Task(recorded()), lambda stage: None, serially)
     choice, library = searched.choice, searched.tested.doubted.search.library

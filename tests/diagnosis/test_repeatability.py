@@ -86,6 +86,7 @@ def test_gains_that_last_are_told_from_tensions_that_scatter(again, sensed, shar
     assert np.mean([level.serial for level in found]) < 0.1
 
 
+@pytest.mark.long
 def test_what_is_believed_of_shares_stays_unless_another_is_likelier_by_what_counts(again, sensed):
     """As of which model the noise is told must not matter: the shares that are found are found again from there."""
     wrong = AS_STATED._replace(lasting=0.9, serial=0.75, span=10.0)
@@ -99,6 +100,7 @@ def test_what_is_believed_of_shares_stays_unless_another_is_likelier_by_what_cou
     assert gone.lasting < 0.5
 
 
+@pytest.mark.long
 def test_of_very_many_differences_those_are_taken_that_tell_of_tensions():
     quiet = pulled_again(0.0, times=10)
     many = replace(quiet, measurement=quiet.measurement.model_copy(update={"tension_sd_relative": 0.01}))

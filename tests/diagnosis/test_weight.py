@@ -56,6 +56,7 @@ def hanging_rod(folder, weight, seed=0):
     return load_recording(folder)
 
 
+@pytest.mark.long
 def test_a_hanging_rod_may_weigh_nearly_all_that_its_tendon_would_hold(tmp_path):
     """Of 0.45 N, which act at half of 0.27 m, and a largest moment of the tendon of 0.06 N m: no force at the tip and
     no plate of another stiffness is named in its place."""
@@ -75,7 +76,7 @@ def massless(recording):
     return replace(recording, manipulator=manipulator)
 
 
-@pytest.mark.parametrize("weighed", [True, False])
+@pytest.mark.parametrize("weighed", [True, pytest.param(False, marks=pytest.mark.long)])
 def test_the_weight_of_an_arm_is_named_along_its_axis(weighed):
     """Without masses it is their sum times the gravity that acts, as all disks weigh nearly the same."""
     recording = recorded(SAGGING)
@@ -91,6 +92,7 @@ def test_the_weight_of_an_arm_is_named_along_its_axis(weighed):
     assert size.high - size.low < 0.35 * abs(true)
 
 
+@pytest.mark.long
 def test_the_general_form_of_what_is_named_is_no_rival_of_it(monkeypatch):
     """It always fits as well; a force at the tip that does is one."""
     searched = to_search(Task(recorded(SAGGING)), lambda stage: None, serially)

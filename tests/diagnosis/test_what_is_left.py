@@ -134,6 +134,7 @@ def test_constants_stay_where_their_manipulator_file_can_be_read_again(fitted):
             assert nominal.replace(path, value * factor) != nominal
 
 
+@pytest.mark.long
 def test_a_disk_that_slides_along_the_arm_step_by_step_leaves_something_to_explain():
     known = recorded(Case(hidden=()))
     readings = known.readings
@@ -144,6 +145,7 @@ def test_a_disk_that_slides_along_the_arm_step_by_step_leaves_something_to_expla
     assert "lasts from step to step" in found.why
 
 
+@pytest.mark.long
 def test_a_right_model_is_not_said_to_leave_what_lasts():
     found = investigate(Task(recorded(Case(hidden=(), seed=7))))
     assert found.verdict == "adequate"

@@ -61,13 +61,17 @@ def test_shapes_are_drawn_at_the_steps_that_calibration_misses_most():
     assert after.max() < before.max() / 3
 
 
-@pytest.mark.parametrize(("case", "word"), [(BENDS, "bend of the plate (°)"), (ANGLES, "angle of the disk (°)")])
+@pytest.mark.parametrize(
+    ("case", "word"),
+    [(BENDS, "bend of the plate (°)"), pytest.param(ANGLES, "angle of the disk (°)", marks=pytest.mark.long)],
+)
 def test_where_no_positions_were_read_bends_or_angles_are_drawn(case, word):
     figure = misfits(diagnosed(case))
     assert figure.axes[0].get_ylabel() == word
     assert held_out_errors(diagnosed(case)) is not None
 
 
+@pytest.mark.long
 def test_angles_differ_by_the_shorter_way_round():
     readings = diagnosed(ANGLES).tables["residuals"]
     turned = readings.assign(measured=readings["measured"] + 2 * np.pi)
@@ -157,7 +161,7 @@ def test_without_held_out_sequences_there_is_no_figure_of_them():
     assert say.confirmation(replace(found, heldout=None)).startswith("Not confirmed on held-out data")
 
 
-@pytest.mark.parametrize("case", [Case(), CLEAN, BENDS, UNEXPLAINED])
+@pytest.mark.parametrize("case", [Case(), pytest.param(CLEAN, marks=pytest.mark.long), BENDS, UNEXPLAINED])
 def test_the_page_is_complete_and_needs_nothing_else(case, tmp_path, tmp_path_factory):
     found = diagnosed(case)
     (tmp_path / "profiles.png").write_bytes(b"of an earlier diagnosis")

@@ -207,6 +207,7 @@ def test_nothing_of_the_truth_stands_in_the_tables(design, label):
     assert np.array_equal(tables.steps[loads].to_numpy(), noted)
 
 
+@pytest.mark.long
 def test_every_real_rig_is_a_design_of_its_own():
     asked, kinds = counts(100, REAL_CLASSES), flavours(100, REAL_CLASSES)
     assert sum(asked.values()) == 100 == len(kinds)
