@@ -3,6 +3,7 @@
 set-up -> calibrate -> doubt -> test -> search -> check -> tell
 """
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple
@@ -298,7 +299,8 @@ def _speaks(mended: Searched, as_it_is: Searched, blunder: Blunder) -> bool:
 
     Where it spares effects, and no others take their place, less evidence suffices (`Blunder.least_in_place`).
     """
-    spared = mended.choice.kinds < as_it_is.choice.kinds and not mended.choice.structured
+    left, before = (Counter(effect.kind for effect in each.choice.effects) for each in (mended, as_it_is))
+    spared = left < before and not mended.choice.structured
     least = min(blunder.least, blunder.least_in_place) if spared else blunder.least
     return speaks_for(_weighed(mended), _weighed(as_it_is), least)
 

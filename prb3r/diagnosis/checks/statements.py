@@ -180,7 +180,7 @@ def may_be_misstated(
         text = CONSTANTS_IN_WORDS[name]
         checked = f"{text} in the manipulator file"
         if field == "youngs_modulus":
-            checked += f", the thickness of the plates, and {STIFFER if value > 0 else SOFTER}"
+            checked += f", the thickness of the plates, the unit of the weights, and {STIFFER if value > 0 else SOFTER}"
         remarks.append(
             f"what [prior] states of {text} (within {100 * stated:.2g} %) is {abs(value) / stated:.2g} "
             "standard deviations from what the readings say if nothing else is at work, and if it is wrong, constants "

@@ -29,7 +29,7 @@ class NoiseSettings:
     """The same for the scatter of the tensions, which is told less exactly."""
     far_noise: float = 0.7
     """ln of the factor from which on the stated noise is called far off.  Choice: a factor of two."""
-    common_shares: tuple[float, ...] = (0.1, 0.25, 0.5)
+    common_shares: tuple[float, ...] = (0.1, 0.25, 0.5, 0.8)
     """Shares of the noise that a photograph may have in common.  Choice."""
     common_reaches: tuple[float, ...] = (2.0, 1e3)
     """Disks over which: neighbours, or the whole photograph, which has fewer.  Choice."""

@@ -10,6 +10,7 @@ from prb3r.diagnosis.checks.setup.quick import quick_predictor
 from prb3r.diagnosis.checks.setup.remedy import Remedy
 from prb3r.diagnosis.checks.setup.robust import Sight, Standing, Trier, sight, trier
 from prb3r.diagnosis.checks.setup.trial import Trial, best_trial
+from prb3r.diagnosis.checks.setup.units import POUND_KG
 from prb3r.diagnosis.fit.constants import Constants
 from prb3r.diagnosis.fit.prediction import Predictor
 from prb3r.diagnosis.settings import Settings
@@ -132,10 +133,10 @@ def distinct_steps(loads: Loads, number: np.ndarray) -> tuple[np.ndarray, np.nda
 
 
 def _around(fitted: Constants, gravity: float) -> list[Constants]:
-    """The fitted constants, and those that would fit had newtons and kilograms been mistaken for each other, or offsets
-    for their halves, where that brings the stiffness nearer to the nominal one."""
-    stiffness = fitted.log_stiffness
-    mistaken = [float(stiffness - np.copysign(np.log(factor), stiffness)) for factor in (gravity, 2.0)]
+    """The fitted constants, and those that would fit had newtons been mistaken for kilograms or pounds, or these for
+    newtons, or offsets for their halves, where that brings the stiffness nearer to the nominal one."""
+    stiffness, factors = fitted.log_stiffness, (gravity, gravity * POUND_KG, 2.0)
+    mistaken = [float(stiffness - np.copysign(np.log(factor), stiffness)) for factor in factors]
     return [fitted, *(fitted._replace(log_stiffness=other) for other in mistaken if abs(other) < abs(stiffness))]
 
 

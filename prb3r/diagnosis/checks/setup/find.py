@@ -25,7 +25,7 @@ from prb3r.diagnosis.checks.setup.remedy import File, Remedy
 from prb3r.diagnosis.checks.setup.robust import expected_loss
 from prb3r.diagnosis.checks.setup.slips import FORGOTTEN, doubted_slips, slip_blunders
 from prb3r.diagnosis.checks.setup.trial import Trial
-from prb3r.diagnosis.checks.setup.units import unit_blunders
+from prb3r.diagnosis.checks.setup.units import OF_ALL_WEIGHTS, unit_blunders
 from prb3r.diagnosis.search.apply import Apply, serially
 from prb3r.diagnosis.settings import Settings
 from prb3r.model.effects import AnyEffect
@@ -56,8 +56,8 @@ class Blunder:
     """Whether the tables speak for it by themselves, and the readings as much as for a blunder for which they do
     not."""
     least_in_place: float = np.inf
-    """Log likelihood ratio that suffices to report it in the place of effects that imitate it; infinite if none
-    does."""
+    """Log likelihood ratio that suffices to report it in the place of effects that stand in for it; infinite if none
+    do."""
 
     whose: str = ""
     """What a factor concerns, of a blunder by a factor."""
@@ -145,7 +145,7 @@ def find_blunder(
     remedy = best.remedy
     mended = remedy.mend(recording).recording
     expected = remedy.kind == FORGOTTEN and best.gain >= least_of_kinds(among, settings)[remedy.kind]
-    of_kind = sum(other.imitated and other.kind == remedy.kind for other in among)
+    of_kind = sum(_stood_in_for(other) and other.kind == remedy.kind for other in among)
     return Blunder(
         remedy.blunder,
         alike,
@@ -155,9 +155,15 @@ def find_blunder(
         least[remedy.kind],
         faint=not speaking,
         expected=expected,
-        least_in_place=float(np.log(of_kind / settings.imitated_rate)) if remedy.imitated else np.inf,
+        least_in_place=float(np.log(of_kind / settings.imitated_rate)) if _stood_in_for(remedy) else np.inf,
         whose=remedy.factor.whose if remedy.factor else "",
     )
+
+
+def _stood_in_for(remedy: Remedy) -> bool:
+    """Whether effects may stand in for a blunder: one that looks much the same, or for a unit of all weights, where
+    the modulus is stated, stiffnesses of segments and clamps together."""
+    return remedy.imitated or remedy.kind == OF_ALL_WEIGHTS
 
 
 def least_of_kinds(among: Sequence[Remedy], settings: Settings, doubted: Sequence[str] = ()) -> dict[str, float]:

@@ -17,6 +17,10 @@ POUND_KG = 0.45359237
 """A pound (avoirdupois) in kilograms, exactly."""
 
 
+OF_ALL_WEIGHTS = "unit"
+"""Kind of the remedies that change the unit of all weights."""
+
+
 class Mistaken(NamedTuple):
     """A unit that was taken for another one."""
 
@@ -57,7 +61,7 @@ def unit_blunders(recording: Recording) -> Iterator[Remedy]:
         columns = [name for name in pulled if name.endswith("_n" if noted == "newtons" else "_kg")]
         if columns:
             every = len(columns) == len(pulled)
-            yield _scaled("unit", f"weights noted as {noted} are {other}", columns, unit)
+            yield _scaled(OF_ALL_WEIGHTS, f"weights noted as {noted} are {other}", columns, unit)
             if unit.of_a_cable and (len(columns) > 1 or not every):
                 for name in columns:
                     yield _scaled("unit of a cable", f"weights of {name} are {other}", [name], unit)

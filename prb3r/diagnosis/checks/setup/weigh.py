@@ -21,7 +21,7 @@ ALIKE_SD = 1e-6
 def is_rival(mended: tuple[Choice, Search], as_it_is: tuple[Choice, Search]) -> bool:
     """Whether a blunder is a rival of the effects found in the recording as it is.
 
-    It is if the mended recording is explained by effects of fewer kinds, whose worth (:func:`worth_of`) is larger by
+    It is if the mended recording is explained by fewer effects, whose worth (:func:`worth_of`) is larger by
     `Settings.better_exchanged`.
 
     Parameters
@@ -29,7 +29,7 @@ def is_rival(mended: tuple[Choice, Search], as_it_is: tuple[Choice, Search]) -> 
     mended, as_it_is : the choice on each recording, and its search.
     """
     (after, _), (before, _) = mended, as_it_is
-    fewer = len(after.kinds) < len(before.kinds) and not after.structured
+    fewer = len(after.effects) < len(before.effects) and not after.structured
     ahead, count = before.fitted.model.settings.better_exchanged, photographs_of(before.fitted)
     return fewer and _best(*mended, count)[1] - _best(*as_it_is, count)[1] > ahead
 
