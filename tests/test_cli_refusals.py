@@ -53,11 +53,16 @@ def test_targets_that_nobody_means_are_refused(tmp_path, asked, said):
     ("asked", "said"),
     [
         (["--x", "30", "--y", "5"], "target: x_m = 30 m is far beyond the manipulator, which is 0.476 m long; lengths"),
-        (
+        pytest.param(
             ["--angle", "30"],
             "target: angle_rad = 30 rad is 4.8 turns; angles are given in radians: 30 degrees is 0.5236",
+            marks=pytest.mark.long,
         ),
-        (["--path", "mm.csv"], "mm.csv: y_m = -120 m is far beyond the manipulator, which is 0.476 m long; lengths"),
+        pytest.param(
+            ["--path", "mm.csv"],
+            "mm.csv: y_m = -120 m is far beyond the manipulator, which is 0.476 m long; lengths",
+            marks=pytest.mark.long,
+        ),
         (
             ["--path", "deg.csv", "--disk", "7"],
             "deg.csv: angle_rad = -20 rad is 3.2 turns; angles are given in radians",

@@ -105,6 +105,7 @@ def test_the_closing_lines_tell_how_sure_what_is_named_is_and_what_could_stand_f
     assert not any("instead of" in line for line in plain)
 
 
+@pytest.mark.long
 def test_effects_that_predict_what_no_fit_has_seen_worse_than_constants_are_not_recommended():
     found = diagnosed()
     assert "takes what was learnt to other designs" in what_to_do(found)

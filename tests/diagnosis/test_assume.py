@@ -26,6 +26,7 @@ def again():
     return run_stages(Task(recorded(), assumed=diagnosed().manipulators["explained"]))
 
 
+@pytest.mark.long
 def test_the_same_data_with_their_own_explanation_name_the_same_and_no_more(again):
     assert [effect.name for effect in again.effects] == [effect.name for effect in diagnosed().effects]
     factor, before = again.effects[0].parameters["factor"], diagnosed().effects[0].parameters["factor"]

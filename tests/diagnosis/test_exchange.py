@@ -48,6 +48,7 @@ def found(doubted, imitation):
     return explore_until_settled(pool, doubted.search, doubted.doubts)
 
 
+@pytest.mark.long
 def test_beside_what_imitates_it_an_effect_is_not_seen_but_without_that_it_is(doubted, found):
     before = choose(found, doubted.search)
     after = choose(exchange_effects(found, doubted.search), doubted.search)
@@ -72,6 +73,7 @@ def test_of_two_models_that_evidence_does_not_tell_strongly_apart_the_one_that_e
         assert sum(survivor.probability for survivor in choice.survivors) == pytest.approx(1.0)
 
 
+@pytest.mark.long
 def test_of_two_models_nearly_as_probable_that_explain_the_one_with_fewer_effects_is_chosen(doubted, found):
     pool, scale = found.pool, next(each for each in doubted.search.library if each.kind == "camera_scale")
     imitates = frozenset(pool.best.model.hypotheses)
@@ -98,6 +100,7 @@ def test_what_stands_in_the_place_of_an_effect_stands_beside_all_others(doubted,
             assert len(other.model.hypotheses) == len(others) + 1
 
 
+@pytest.mark.long
 def test_a_model_is_exchanged_once_and_rivals_are_taken_from_what_was_fitted_then(doubted, found):
     """None of what was found before too: its odds are better by far."""
     choice = choose(exchange_effects(found, doubted.search), doubted.search)

@@ -59,6 +59,7 @@ def test_another_recording_of_a_file_with_a_blunder_is_judged_with_it_mended(jud
     assert not [text for text in judged.remarks if "the third" in text]  # its file is as the mended one
 
 
+@pytest.mark.long
 def test_nothing_is_predicted_for_the_file_with_the_blunder(judged):
     """Its wrong offset would be taken for that of another design, and bands would not hold the rig."""
     right = recorded(Case(hidden=HIDDEN, seed=3)).manipulator
@@ -125,6 +126,7 @@ def test_a_blunder_in_the_steps_may_not_be_in_another_recording():
     assert said in found.remarks
 
 
+@pytest.mark.long
 def test_another_recording_that_is_missed_is_said_to_be():
     """A weak plate that was named is not weak on another day: it had been changed."""
     changed = replace(recorded(Case(hidden=(), seed=5)), name="changed")

@@ -78,6 +78,7 @@ def test_constants_are_not_adequate_where_effects_are_likely_together_or_beside_
     assert verdict_on(choice, unsure=False, impossible=impossible) == verdict
 
 
+@pytest.mark.long
 def test_what_was_set_aside_names_nothing_that_predicts_it_worse_than_constants(monkeypatch):
     """A fuller model that the readings set aside favour is taken, unless it would be the first to name an effect and is
     farther off with all parts as drawn."""

@@ -65,13 +65,26 @@ def example():
     return load_recording(Path(__file__).parents[2] / "studies" / "recordings" / "bench-example")
 
 
+QUICK = [
+    "weights noted as newtons are kilograms",
+    "disks 5 and 6 are exchanged",
+    "cables 1 and 4 are exchanged",
+    "slip is declared with the wrong sign",
+    "the pictures are mirrored: the rig was seen from behind",
+    "length_m of every segment is the pitch, with a disk in it",
+    "the disks that loads hang on are counted from the tip",
+]
+"""Blunders with every file and every kind of column."""
+OTHERS = [blunder for blunder in (*PLANTED, *LADEN) if blunder not in QUICK]
+
+
 @cache
 def laden():
     """An arm that lies, with weights on its tip and on a disk, of which the file says all."""
     return recorded(Case(hidden=(), program="laden"))
 
 
-@pytest.mark.parametrize("blunder", [*PLANTED, *LADEN])
+@pytest.mark.parametrize("blunder", [*QUICK, *(pytest.param(other, marks=pytest.mark.long) for other in OTHERS)])
 def test_a_planted_blunder_is_named_and_its_mending_undoes_it(blunder):
     right = laden() if blunder in LADEN else example() if blunder.startswith("slip") else rig()
     named = find_blunder((PLANTED | LADEN)[blunder](right), Settings())
@@ -100,6 +113,7 @@ def lagging():
     return with_manipulator(right, right.manipulator.replace("friction", friction)).recording
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("blunder", [None, "weights noted as newtons are kilograms", "cables 1 and 2 are exchanged"])
 def test_blunders_show_where_friction_follows_the_path_too(blunder):
     """Of 15 planted ones 14 were named when every remedy was tried along the path, and the same 14 in a third of the
@@ -134,6 +148,7 @@ def test_cables_slip_as_their_tensions_change():
     assert slips_as_pulled(tension, begins).tolist() == [[-1, 0], [-1, -1], [1, -1], [-1, 1], [-1, -1]]
 
 
+@pytest.mark.long
 def test_two_blunders_are_named_one_after_the_other():
     right = recorded(Case(hidden=()))
     twice = PLANTED["cables 1 and 4 are exchanged"](PLANTED["disks 5 and 6 are exchanged"](right))
@@ -143,6 +158,7 @@ def test_two_blunders_are_named_one_after_the_other():
     assert named == {"cables 1 and 4 are exchanged", "disks 5 and 6 are exchanged"}
 
 
+@pytest.mark.long
 def test_forgotten_slips_are_taken_from_the_tensions_and_give_the_friction_back(tmp_path):
     """The rig's own friction is 0.27."""
     right = recorded(Case(hidden=(), program="reversing"))
@@ -171,6 +187,7 @@ def test_what_is_sure_is_not_held_against_a_search_for_effects_in_its_place(monk
     assert searched.choice.kinds == {"pulley_friction"}
 
 
+@pytest.mark.long
 def test_columns_of_slip_are_not_said_to_be_forgotten_where_friction_is_hardly_felt():
     for program in ("plain", "reversing"):
         smooth = without_slips(recorded(Case(hidden=(), friction=1e-3, program=program)))
@@ -178,6 +195,7 @@ def test_columns_of_slip_are_not_said_to_be_forgotten_where_friction_is_hardly_f
         assert not blunders_of(smooth, Settings())
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", range(3))
 def test_columns_of_slip_are_not_said_to_be_forgotten_where_cables_are_drawn_in_throughout(seed):
     """Shaken at every step while the arm is pulled on, for instance."""
@@ -219,6 +237,7 @@ def stated_noisier(recording, factor):
     return replace(recording, measurement=recording.measurement.model_copy(update=stated))
 
 
+@pytest.mark.long
 def test_a_noise_stated_wrongly_is_no_blunder():
     for factor in (0.1, 0.5, 3.0):
         assert find_blunder(stated_noisier(recorded(Case(hidden=())), factor), Settings()) is None

@@ -52,7 +52,7 @@ def tip_alone():
     return fit_constants(predictor(replace(recording, readings=tip)))
 
 
-@pytest.mark.parametrize("which", ["fitted", "tip_alone"])
+@pytest.mark.parametrize("which", ["fitted", pytest.param("tip_alone", marks=pytest.mark.long)])
 def test_of_right_models_each_chance_is_as_frequent_as_any_other(which, request):
     """Constants of which nothing is known beforehand take as many readings; without them chances were too small."""
     fitted = request.getfixturevalue(which)

@@ -69,6 +69,7 @@ def test_creep_is_said_to_begin_anew_with_every_sequence(weak_rig, tmp_path):
         assert (np.abs(behind - fresh).max() > 1e-3) == moved
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("effect", [SOFTENING, None])
 def test_the_command_says_so_where_such_an_effect_is_carried_over(weak_rig, tmp_path, effect):
     folder = with_effect(weak_rig, tmp_path, effect) if effect else weak_rig

@@ -57,6 +57,7 @@ def test_as_much_as_is_stated_but_for_chance_leaves_no_room():
     assert share(right.with_values(met + off / 2)) == pytest.approx(0.49, rel=0.05)
 
 
+@pytest.mark.long
 def test_one_set_of_effects_is_not_explained_while_it_leaves_what_does_not_look_like_noise():
     """Even where no other set comes near it."""
     searched = to_search(Task(stated(recorded(), 3.0)), lambda stage: None, serially)

@@ -129,7 +129,7 @@ def searched_by_two_sensors():
     return searched
 
 
-@pytest.mark.parametrize("effect", [LOSSY, WEAK], ids=lambda effect: effect["kind"])
+@pytest.mark.parametrize("effect", [LOSSY, pytest.param(WEAK, marks=pytest.mark.long)], ids=lambda each: each["kind"])
 def test_sensors_far_off_their_places_are_no_effects(searched_by_two_sensors, effect):
     as_stated = searched_by_two_sensors(effect, SENSORS)
     freed = with_wider_markers(as_stated, serially)
@@ -147,6 +147,7 @@ def test_sensors_at_their_places_are_believed(searched_by_two_sensors):
     assert with_wider_markers(as_stated, serially) is as_stated
 
 
+@pytest.mark.long
 def test_effects_stand_where_a_wrong_statement_is_out_of_the_question(searched_by_two_sensors):
     as_stated = searched_by_two_sensors(LOSSY, SENSORS, settings=Settings(misstated=1e-300))
     assert with_wider_markers(as_stated, serially) is as_stated

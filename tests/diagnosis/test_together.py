@@ -51,6 +51,7 @@ def width(estimate):
     return estimate.high - estimate.low
 
 
+@pytest.mark.long
 def test_what_rigs_share_is_found_once_and_narrower_than_from_either_alone():
     found = together()
     assert [[effect.kind for effect in each.effects] for each in found.diagnoses] == [["nonlinear_plate"]] * 2

@@ -167,6 +167,7 @@ CLAMPED = Case(hidden=(STIFF, (("kind", "clamp_compliance"), ("compliance_rad_pe
 """A stiff segment and soft clamps, which the other segment, softer, and a modulus near the stated one imitate."""
 
 
+@pytest.mark.long
 def test_the_other_side_of_the_best_model_is_looked_at_too():
     calibrated = fit_constants(predictor(recorded(CLAMPED)))
     predict = calibrated.model.predict

@@ -294,6 +294,7 @@ def test_of_models_that_explain_what_was_fitted_alike_the_one_stands_that_predic
     assert found.verdict != "unexplained"
 
 
+@pytest.mark.long
 def test_effects_that_two_others_replace_together_are_not_sure_of_their_place():
     """As the offsets of two cables for those of the two opposite ones; here two plates for one."""
     searched = to_search(Task(recorded(), hold_out=False), lambda stage: None, serially)

@@ -41,6 +41,7 @@ def found_in(recorded):
     return run_stages(Task(recorded))
 
 
+@pytest.mark.long
 def test_weights_alone_tell_a_weak_plate_and_leave_friction_as_handbooks_know_it(tmp_path):
     found = found_in(recording(tmp_path, "tip_y_n", WEIGHTS, [WEAK | {"factor": 0.3}]))
     assert [(effect.kind, effect.place) for effect in found.effects] == [("weakened_plate", {"plate": 4})]

@@ -182,6 +182,7 @@ def test_a_weight_is_doubted_beyond_the_noise_that_is_there_not_that_which_is_st
         assert [pulled[weight.step, weight.cable] for weight in known.doubts.weights] == doubted
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("told_apart", [True, pytest.param(False, marks=pytest.mark.long)])
 def test_one_wrong_reading_at_the_tip_is_no_wrong_weight(monkeypatch, told_apart):
     """Beyond the tip there is no neighbour that would show it, so that a weight may seem wrong: were it not told."""

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pandas as pd
+import pytest
 from small_rig import RUBBING, small
 
 import prb3r
@@ -38,6 +39,7 @@ def test_where_no_order_leads_there_the_answer_is_that_of_the_declared_slips():
     assert answer.applied.endswith("the answer holds for cables that slip as the slip_* columns say")
 
 
+@pytest.mark.long
 def test_nothing_is_said_of_cables_without_friction_or_pulled_together_alike():
     for manipulator in (small(), RUBBING, small(coefficient=0.5, direction="history")):
         assert prb3r.reach(manipulator, x_m=0.17, y_m=0.08).applied == ""

@@ -26,13 +26,18 @@ def bent(manipulator, tension):
     ("manipulator", "disk", "wanted"),
     [
         (FREE, 6, {"x_m": 0.17, "y_m": 0.08}),
-        (FREE, 3, {"angle_rad": -0.3}),
-        (RUBBING, 6, {"x_m": 0.16, "y_m": -0.03}),
-        (RUBBING, 6, {"angle_rad": 0.6}),
-        (RUBBING, 3, {"angle_rad": -0.3}),
         (RUBBING, 6, {"y_m": 0.05, "angle_rad": 0.2}),
         (STICKY, 6, {"x_m": 0.17, "y_m": 0.08}),
-        (STICKY, 6, {"y_m": 0.05, "angle_rad": 0.2}),
+        *(
+            pytest.param(*other, marks=pytest.mark.long)
+            for other in [
+                (FREE, 3, {"angle_rad": -0.3}),
+                (RUBBING, 6, {"x_m": 0.16, "y_m": -0.03}),
+                (RUBBING, 6, {"angle_rad": 0.6}),
+                (RUBBING, 3, {"angle_rad": -0.3}),
+                (STICKY, 6, {"y_m": 0.05, "angle_rad": 0.2}),
+            ]
+        ),
     ],
 )
 def test_a_forward_solve_of_the_answer_meets_the_target(manipulator, disk, wanted):
@@ -148,6 +153,7 @@ def test_a_smaller_largest_tension_reaches_no_farther_and_is_kept():
     assert "at the largest tension" in prb3r.reach(FREE, x_m=0.10, y_m=0.13, most_n=5.0).sentences[0]
 
 
+@pytest.mark.long
 def test_out_of_reach_cables_that_pull_against_each_other_bring_the_disk_nearest():
     """On the rim the distance is flat in such tensions; of 20,000 pulls that rub the same way none leads nearer."""
     target, most = np.array([0.25, 0.02]), 120.0

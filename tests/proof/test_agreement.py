@@ -22,7 +22,7 @@ def test_engine_and_rig_agree_without_history_to_a_hundredth_of_a_percent(seed, 
     assert np.median(away) < 1e-6
 
 
-@pytest.mark.parametrize(("seed", "rigs", "effects"), [(4, 6, 0), (5, 8, 2)])
+@pytest.mark.parametrize(("seed", "rigs", "effects"), [(4, 6, 0), pytest.param(5, 8, 2, marks=pytest.mark.long)])
 def test_engine_and_rig_agree_with_history_to_a_twentieth_of_a_percent(seed, rigs, effects):
     away = disagreements(seed, rigs, effects, history=True)
     assert len(away) > rigs

@@ -84,7 +84,9 @@ def test_engine_and_rig_agree_without_effects():
     assert bias_of(design_of(SEED, 0)) < 0.1
 
 
-@pytest.mark.parametrize("kind", ["weakened_plate", "pulley_friction", "disk_contact", "gravity"])
+@pytest.mark.parametrize(
+    "kind", [pytest.param("weakened_plate", marks=pytest.mark.long), "pulley_friction", "disk_contact", "gravity"]
+)
 def test_a_detectable_size_is_that_by_direct_simulation(responses, kind):
     label = label_of(Request(0, SEED, "single", 0, kind, 2.0), responses, None)
     assert label.kinds == (kind,)
