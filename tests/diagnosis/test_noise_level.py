@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from prb3r.diagnosis.checks.residuals import neighbours_alike
 from prb3r.diagnosis.evidence.noise_level import ReadingChanges, noise_level
 from prb3r.diagnosis.evidence.outliers import Doubts
 from prb3r.diagnosis.evidence.renewal import level_under
@@ -14,7 +15,7 @@ from prb3r.diagnosis.fit.prediction import predictor
 from prb3r.diagnosis.fit.response import tension_response
 from prb3r.diagnosis.result.rig_remarks import noisy
 from prb3r.diagnosis.settings import Settings
-from prb3r.recording.recording import Readings, Recording, SerialNoise
+from prb3r.recording.recording import Kind, Readings, Recording, SerialNoise
 from tests.diagnosis.simulated import recorded
 
 
@@ -76,6 +77,25 @@ def test_a_rig_whose_tensions_scatter_twice_as_much_as_stated_is_found_so():
     level = level_under(fit_constants(predictor(scattered)), Doubts(np.ones(readings.count)), ())
     assert 1.1 < level.tension.low < 2 < level.tension.high
     assert level.reading.low < 1 < level.reading.high
+
+
+@pytest.mark.parametrize(("neighbouring", "common"), [(0.0, 0.0), (0.45, 0.8)])
+def test_noise_that_goes_on_from_disk_to_disk_is_told_and_whitened(neighbouring, common):
+    """Errors of markers that are followed in one image: each disk's is `neighbouring` times that of the last one, and
+    noise of its own; half in common to neighbours would leave a correlation that chance does not."""
+    recording = recorded()
+    readings, rng = recording.readings, np.random.default_rng(5)
+    own = rng.normal(size=(readings.step.max() + 1, len(Kind), readings.disk.max() + 1))
+    of_all = own.copy()
+    for disk in range(1, own.shape[-1]):
+        of_all[..., disk] = neighbouring * of_all[..., disk - 1] + np.sqrt(1 - neighbouring**2) * own[..., disk]
+    misfit = reading_sd(recording) * of_all[readings.step, readings.kind, readings.disk]
+    fitted, possible = reading_sd(recording)[:, None] * rng.normal(size=(2, readings.count, 3))
+    changes = ReadingChanges(fitted, np.zeros((readings.count, 0)), possible)
+    level = noise_level(recording, misfit, changes, np.ones(readings.count), Settings()).level
+    assert level.common == pytest.approx(common, abs=0.1)
+    left = noise_of(recording, np.zeros((readings.count, *recording.loads.tension.shape)), level=level).whiten(misfit)
+    assert neighbours_alike(recording, left, "disks") > 0.01
 
 
 def test_the_covariance_grows_with_the_square_of_the_factor():

@@ -8,7 +8,17 @@ from unittest.mock import Mock
 
 import numpy as np
 import pytest
-from diagnosis.planted import FORGOTTEN_SLIPS, LADEN, PLANTED, farther, other_cables, other_steps, without_slips
+from diagnosis.planted import (
+    CABLES_N,
+    FORGOTTEN_SLIPS,
+    LADEN,
+    PLANTED,
+    farther,
+    in_pounds,
+    other_cables,
+    other_steps,
+    without_slips,
+)
 from diagnosis.simulated import LOSSY, Case, diagnosed, recorded
 
 from prb3r.diagnosis import investigate as around
@@ -19,6 +29,7 @@ from prb3r.diagnosis.checks.setup.quick import slips_as_pulled
 from prb3r.diagnosis.checks.setup.remedy import Mended, Remedy, with_manipulator, with_steps
 from prb3r.diagnosis.checks.setup.robust import Trier, expected_loss
 from prb3r.diagnosis.checks.setup.slips import FORGOTTEN
+from prb3r.diagnosis.fit.calibrate import fit_constants
 from prb3r.diagnosis.fit.constants import Constants
 from prb3r.diagnosis.fit.covariance import reading_sd
 from prb3r.diagnosis.fit.prediction import predictor
@@ -39,6 +50,21 @@ from prb3r.recording.writing import write_again
 def rig():
     """A rig of which the file says all but a weak plate."""
     return recorded(Case())
+
+
+def test_a_unit_of_all_weights_shows_by_the_modulus_that_is_stated():
+    """Stiffnesses of single segments may stand in for it, so that less evidence suffices in their place."""
+    softer = recorded(Case(hidden=((("kind", "segment_stiffness"), ("segment", 1), ("factor", 0.85)),)))
+    found = find_blunder(replace(in_pounds(softer, CABLES_N), prior=Prior(youngs_modulus=0.05)), Settings())
+    assert found.blunder == "weights noted as newtons are pounds"
+    assert found.least_in_place < found.least
+
+
+@pytest.mark.parametrize("wrong", [partial(in_pounds, columns=CABLES_N), partial(farther, factor=2.0)])
+def test_remedies_are_tried_at_the_modulus_that_a_right_recording_would_tell(wrong):
+    right = recorded(Case(hidden=()))
+    told = fit_constants(predictor(right)).constants.log_stiffness
+    assert min(abs(tried.log_stiffness - told) for tried in attempt_on(wrong(right), Settings()).grid) < 0.02
 
 
 @pytest.mark.parametrize(

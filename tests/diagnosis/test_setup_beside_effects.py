@@ -6,10 +6,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from diagnosis.planted import (
+    CABLES_N,
     FORGOTTEN_SLIPS,
     LADEN,
     PLANTED,
     backward,
+    in_pounds,
     late,
     mirrored,
     misnoted,
@@ -37,6 +39,7 @@ from prb3r.diagnosis.search.search import Search
 from prb3r.diagnosis.settings import Settings
 from prb3r.diagnosis.stages import to_search, to_test
 from prb3r.recording.plausibility import contradicted_slips
+from prb3r.recording.recording import Prior
 
 pytestmark = pytest.mark.long
 
@@ -159,6 +162,19 @@ def test_a_blunder_by_another_factor_on_the_same_weights_is_the_same():
     assert noted.is_same(finer)
     assert not noted.is_same(others)
     assert not replace(noted, whose="").is_same(replace(finer, whose=""))
+
+
+def test_a_unit_that_stiffnesses_of_single_segments_stand_in_for_is_a_rival():
+    """As one of them is thinner, and the modulus is stated, constants alone explain neither recording; mended, there is
+    one effect less, though of the same kind."""
+    thinner = {"kind": "segment_stiffness", "segment": 1, "factor": 0.7}
+    wrong = in_pounds(recorded(Case(hidden=(tuple(thinner.items()),))), CABLES_N)
+    task = Task(replace(wrong, prior=Prior(youngs_modulus=0.05)), without=RUBBING | IMITATING)
+    found = without_blunders(task, lambda stage: None, serially)
+    assert found.rival.blunder == "weights noted as newtons are pounds"
+    assert [effect.name for effect in found.without_rival.choice.effects] == ["segment_stiffness (segment 1)"]
+    assert found.searched.choice.kinds == {"segment_stiffness"}
+    assert len(found.searched.choice.effects) == 2
 
 
 def test_weights_are_only_multiplied_where_the_cable_is_pulled_as_far_in_another_sequence():
