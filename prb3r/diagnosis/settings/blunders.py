@@ -32,10 +32,13 @@ class BlundersSettings:
     """Factors on stiffness at which a blunder is tried before constants are fitted.  Choice, for time."""
     blunders_fitted: int = 12
     """Of the most promising blunders, how many are fitted in full.  Choice, for time."""
+    blunders_of_a_kind: int = 4
+    """Of these, how many of one kind, as exchanged labels are many and much alike.  Choice: of a rig whose pulleys rub
+    twelve others were as promising as the right count of its disks, ten of them of two kinds."""
     costly_blunders_fitted: int = 6
     """The same where states follow the load path.  Choice, for time: with 12 they took a fifth of all."""
     costly_blunders_of_a_kind: int = 2
-    """Of these, how many of one kind, as exchanged labels are many and much alike.  Choice, for time."""
+    """Of these, how many of one kind.  Choice, for time."""
     robust_rounds: int = 3
     """Rounds in which the frame of the coarse constants is seen to, readings counting less the further they are off.
     Choice, for time."""

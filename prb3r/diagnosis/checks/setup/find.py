@@ -192,9 +192,10 @@ def trials(attempt: Attempt, among: Sequence[Remedy], apply: Apply = serially) -
     """The most promising remedies with refitted constants, the best first."""
     settings, apply = attempt.trying.settings, apply if attempt.costly else serially
     rough = sorted(_refined(attempt, attempt.rough(among)), key=attrgetter("gain"), reverse=True)
-    promising = rough[: settings.blunders_fitted]
+    most, of_a_kind = settings.blunders_fitted, settings.blunders_of_a_kind
     if attempt.costly:
-        promising = _few_of_a_kind(rough, settings.costly_blunders_of_a_kind)[: settings.costly_blunders_fitted]
+        most, of_a_kind = settings.costly_blunders_fitted, settings.costly_blunders_of_a_kind
+    promising = _few_of_a_kind(rough, of_a_kind)[:most]
     full = apply(_in_full, [(attempt, tried) for tried in promising])
     # a remedy is known by its function, of which workers send back a copy
     done = [replace(there, remedy=tried.remedy) for there, tried in zip(full, promising, strict=True)]
