@@ -12,6 +12,7 @@ import numpy as np
 
 from prb3r.diagnosis.check import check
 from prb3r.diagnosis.checks.setup.find import Blunder, blunders_of, find_blunder
+from prb3r.diagnosis.checks.setup.imitated import blunder_in_place
 from prb3r.diagnosis.checks.setup.weigh import is_left_behind, is_rival, moves_nothing, speaks_for
 from prb3r.diagnosis.fit.calibrate import OutOfBalance
 from prb3r.diagnosis.known import Searched, Task, Tested
@@ -172,6 +173,29 @@ class SetUp(NamedTuple):
 
 def without_blunders(task: Task, report: Report, apply: Apply) -> SetUp:
     """The blunders of a recording's set-up, and the effects chosen once these are mended.
+
+    Where an effect imitates a blunder that only shows beside the other effects (:func:`blunder_in_place`), the mended
+    recording is searched too, and the blunder is reported, or a rival, by the same comparison as others.
+    """
+    found = _without_shown_blunders(task, report, apply)
+    searched, said, *_ = found
+    if found.rival or len(said) >= task.settings.most_blunders:
+        return found
+    recording = _mended(task, said).recording
+    blunder = blunder_in_place(recording, searched.choice, searched.tested.doubted.search)
+    if blunder is None:
+        return found
+    try:
+        mended = to_search(_mended(task, (blunder,)), report, apply)
+    except OutOfBalance:
+        return found
+    if _speaks(mended, searched, blunder):
+        return SetUp(mended, (*said, blunder))
+    return SetUp(searched, said, blunder, mended) if is_rival(_weighed(mended), _weighed(searched)) else found
+
+
+def _without_shown_blunders(task: Task, report: Report, apply: Apply) -> SetUp:
+    """:func:`without_blunders` with the blunders that show with constants alone.
 
     If constants alone do not explain the mended recording, effects may have imitated the blunder.  The recording as it
     is and the mended one are then both searched for effects, and the blunder is reported only if the comparison

@@ -99,6 +99,26 @@ def test_a_blunder_that_an_effect_imitates_is_said_in_its_place(blunder):
     assert said.sure == (blunder in SURE)
 
 
+def test_a_blunder_that_constants_alone_do_not_show_is_weighed_against_the_effect_that_imitates_it(monkeypatch):
+    """As on an arm that sags so far that they leave everything: a lever that is shorter by a disk is friction there."""
+    monkeypatch.setattr(around, "blunders_of", lambda *_: ())
+    sags = {"kind": "gravity", "x_m_s2": 0.0, "y_m_s2": -9.81}
+    right = recorded(Case(hidden=(tuple(sags.items()),), program="laden"))
+    wrong = LADEN["what hung at disk 4 is noted as loads on disk 5"](right)
+    without = RUBBING | YIELDING | IMITATING
+    found = without_blunders(Task(wrong, without=without), lambda stage: None, serially)
+    assert [said.blunder for said in found.blunders] == ["what hung at disk 4 is noted as loads on disk 5"]
+    assert found.searched.choice.kinds == {"gravity"}
+
+
+def test_a_pulley_that_rubs_is_no_lever_that_is_shorter(monkeypatch):
+    monkeypatch.setattr(around, "blunders_of", lambda *_: ())
+    right = recorded(Case(hidden=((("kind", "weight_friction"), ("efficiency", 0.75)),), program="laden"))
+    found = without_blunders(Task(right, without=RUBBING | YIELDING | IMITATING), lambda stage: None, serially)
+    assert found.searched.choice.kinds == {"weight_friction"}
+    assert (found.blunders, found.rival) == ((), None)
+
+
 def test_a_blunder_is_told_from_the_physics_that_was_left_out_beside_it():
     hidden = ({"kind": "pulley_friction", "efficiency": 0.85}, {"kind": "precurvature", "curvature_per_m": 1.5})
     right = recorded(Case(hidden=tuple(tuple(effect.items()) for effect in hidden)))

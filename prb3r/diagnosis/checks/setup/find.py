@@ -141,20 +141,23 @@ def find_blunder(
     alike = tuple(t.remedy.blunder for t in others if t.total < close)
     within_noise = expected_loss(float(np.exp(settings.far_noise))) * len(np.unique(recording.readings.step))
     # photographs miss by no more than noise that is not far off the stated one: nothing is left to explain
-    plain = best.total < within_noise and not effects and bool(speaking) and not best.remedy.imitated
-    remedy = best.remedy
-    mended = remedy.mend(recording).recording
-    expected = remedy.kind == FORGOTTEN and best.gain >= least_of_kinds(among, settings)[remedy.kind]
+    plain = best.total < within_noise and not effects and bool(speaking) and not best.remedy.imitators
+    expected = best.remedy.kind == FORGOTTEN and best.gain >= least_of_kinds(among, settings)[FORGOTTEN]
+    found = blunder_by(best.remedy, recording, among, settings)
+    least_here = least[best.remedy.kind]
+    return replace(found, alike=alike, plain=plain, least=least_here, faint=not speaking, expected=expected)
+
+
+def blunder_by(remedy: Remedy, recording: Recording, among: Sequence[Remedy], settings: Settings) -> Blunder:
+    """The blunder that a remedy undoes, one of those `among` which it was chosen, as one that effects may explain."""
     of_kind = sum(_stood_in_for(other) and other.kind == remedy.kind for other in among)
     return Blunder(
         remedy.blunder,
-        alike,
+        (),
         remedy.file,
-        mended,
-        plain,
-        least[remedy.kind],
-        faint=not speaking,
-        expected=expected,
+        remedy.mend(recording).recording,
+        plain=False,
+        least=least_of_kinds(among, settings)[remedy.kind],
         least_in_place=float(np.log(of_kind / settings.imitated_rate)) if _stood_in_for(remedy) else np.inf,
         whose=remedy.factor.whose if remedy.factor else "",
     )
@@ -163,7 +166,7 @@ def find_blunder(
 def _stood_in_for(remedy: Remedy) -> bool:
     """Whether effects may stand in for a blunder: one that looks much the same, or for a unit of all weights, where
     the modulus is stated, stiffnesses of segments and clamps together."""
-    return remedy.imitated or remedy.kind == OF_ALL_WEIGHTS
+    return bool(remedy.imitators) or remedy.kind == OF_ALL_WEIGHTS
 
 
 def least_of_kinds(among: Sequence[Remedy], settings: Settings, doubted: Sequence[str] = ()) -> dict[str, float]:

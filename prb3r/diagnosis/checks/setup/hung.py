@@ -11,6 +11,9 @@ from prb3r.recording.recording import Recording
 DISK_LOAD = re.compile(r"disk(\d+)_([xy])_n")
 """Name of a column of loads on a disk."""
 
+OF_DISK_LOADS = frozenset({"weight_friction", "payload_scale"})
+"""Kinds of effects by which other shares of a load act than are noted, as those of another lever would."""
+
 
 def hung_blunders(recording: Recording) -> Iterator[Remedy]:
     """The remedies of all blunders with the disks that loads hang on that a recording could hold; none where no disk
@@ -42,7 +45,7 @@ def _disk_loads(recording: Recording) -> dict[str, tuple[int, str]]:
 
 def _moved(kind: str, blunder: str, to: Mapping[int, int]) -> Remedy:
     """The remedy that moves the loads on each disk to another one."""
-    return Remedy(kind, blunder, "steps", partial(_hung_elsewhere, to=to), imitated=True)
+    return Remedy(kind, blunder, "steps", partial(_hung_elsewhere, to=to), OF_DISK_LOADS)
 
 
 def _hung_elsewhere(recording: Recording, to: Mapping[int, int]) -> Mended:

@@ -19,7 +19,8 @@ def length_blunders(recording: Recording) -> Iterator[Remedy]:
     ):
         other = _lengthened(manipulator, change)
         if change and all(segment.length_m > 2 * segment.clamp_m for segment in other.segment):
-            yield Remedy("lengths", words, "manipulator", partial(with_manipulator, manipulator=other), imitated=True)
+            mend = partial(with_manipulator, manipulator=other)
+            yield Remedy("lengths", words, "manipulator", mend, frozenset({"camera_scale"}))
 
 
 def _lengthened(manipulator: Manipulator, change: float) -> Manipulator:

@@ -35,9 +35,9 @@ class Remedy:
     """The file that has to be mended."""
     mend: Callable[[Recording], Mended]
     """Returns a recording without the blunder."""
-    imitated: bool = False
-    """Whether an effect of some size looks much the same, so that it is weighed against effects although constants
-    alone explain the mended recording."""
+    imitators: frozenset[str] = frozenset()
+    """Kinds of effects of which one looks much the same at some size, so that the blunder is weighed against effects
+    although constants alone explain the mended recording."""
     factor: "Multiple | None" = None
     """Of a blunder by a factor that is no known one: what is tried."""
 

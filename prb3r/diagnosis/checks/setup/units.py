@@ -19,6 +19,8 @@ POUND_KG = 0.45359237
 
 OF_ALL_WEIGHTS = "unit"
 """Kind of the remedies that change the unit of all weights."""
+DEAD_LOADS = "dead loads"
+"""Kind of the remedies that change the unit or the sign of loads that no cable brings."""
 
 
 class Mistaken(NamedTuple):
@@ -75,9 +77,9 @@ def unit_blunders(recording: Recording) -> Iterator[Remedy]:
         hold, have = ("holds", "has") if len(dead) == 1 else ("hold", "have")
         for unit in units:
             if unit.noted == "newtons" and unit.other != "grams":  # in grams, they would not be there
-                yield _scaled("dead loads", f"{listed(dead)} {hold} {unit.other}", dead, unit)
+                yield _scaled(DEAD_LOADS, f"{listed(dead)} {hold} {unit.other}", dead, unit)
         change = partial(with_scaled, columns=dead, factor=-1.0)
-        yield Remedy("dead loads", f"{listed(dead)} {have} the wrong sign", "steps", change)
+        yield Remedy(DEAD_LOADS, f"{listed(dead)} {have} the wrong sign", "steps", change)
 
 
 def _scaled(
@@ -85,4 +87,6 @@ def _scaled(
 ) -> Remedy:
     """The remedy that undoes a mistaken unit of some columns of the steps, in some rows (a mask; absent: all)."""
     change = partial(with_scaled, columns=columns, factor=unit.factor, rows=rows)
-    return Remedy(kind, blunder, "steps", change, unit.imitated)
+    pulled = kind != DEAD_LOADS
+    imitators = frozenset({"pulley_friction"} if pulled else {"tip_load_friction", "weight_friction"})
+    return Remedy(kind, blunder, "steps", change, imitators if unit.imitated else frozenset())
