@@ -29,7 +29,7 @@ def blunder_in_place(recording: Recording, choice: Choice, search: Search) -> Bl
     """
     settings = choice.fitted.model.settings
     among = remedies(recording, settings)
-    gains = {remedy: _gain(remedy, choice, search) for remedy in among if remedy.imitators & choice.kinds}
+    gains = {remedy: _gain(remedy, recording, choice, search) for remedy in among if remedy.imitators & choice.kinds}
     best = max(gains, key=gains.__getitem__, default=None)
     if best is None or gains[best] <= settings.better_exchanged:
         return None
@@ -38,7 +38,7 @@ def blunder_in_place(recording: Recording, choice: Choice, search: Search) -> Bl
     return replace(blunder_by(best, recording, among, settings), alike=alike, faint=True)
 
 
-def _gain(remedy: Remedy, choice: Choice, search: Search) -> float:
+def _gain(remedy: Remedy, recording: Recording, choice: Choice, search: Search) -> float:
     """By how much the worth of a choice rises if a remedy stands in the place of the effects that imitate it; minus
     infinity where that cannot be fitted."""
     fitted = choice.fitted
@@ -46,7 +46,8 @@ def _gain(remedy: Remedy, choice: Choice, search: Search) -> float:
     for number in reversed(range(len(model.hypotheses))):
         if model.hypotheses[number].kind in remedy.imitators:
             model, p = model.without(number), model.without_share(p, number)
-    mended = predictor(remedy.mend(fitted.recording).recording, model.settings)
-    instead = fit(replace(model, predict=mended), p)
+    mended = remedy.mend(recording).recording
+    of_fit = mended.only([k for k, name in enumerate(mended.sequences) if name in fitted.recording.sequences])
+    instead = fit(replace(model, predict=predictor(of_fit, model.settings)), p)
     level = choice.level.level
     return -np.inf if instead is None else worth_of(instead, level, search) - worth_of(fitted, level, search)
