@@ -25,7 +25,8 @@ ORDER = {
     "case_problems resolve columns compare converged selections chunk measure cloud work plan tables manifest designs "
     "rigs search compute explore run decision decide phrases recommend advice",
     "recording": "recording holds findings units steps markers reading writing let_go plausibility",
-    "diagnosis": "confidence settings library fit evidence search checks result known stages investigate together run",
+    "diagnosis": "confidence settings library fit evidence search checks result known stages blunders investigate "
+    "together run",
     "proof": "rig settings concealed judging prove sweep",
     "present": "style canvas rc framing page figure_files accuracy spots study diagnosis proof entries index",
     "bench": "prototype counting methods arithmetic scaling jacobians paths commands diagnosis measure tables",

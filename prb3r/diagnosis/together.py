@@ -7,9 +7,10 @@ the others say of these.
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+from prb3r.diagnosis.blunders import SetUp, without_blunders
 from prb3r.diagnosis.check import check
 from prb3r.diagnosis.fit.calibrate import OutOfBalance
-from prb3r.diagnosis.investigate import STAGES, SetUp, without_blunders
+from prb3r.diagnosis.investigate import STAGES
 from prb3r.diagnosis.known import Searched, Task
 from prb3r.diagnosis.library.groups import groups_of
 from prb3r.diagnosis.result.common import Common, common_of

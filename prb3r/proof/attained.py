@@ -13,10 +13,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from prb3r.diagnosis.blunders import without_blunders
 from prb3r.diagnosis.evidence.model_evidence import log_evidence
 from prb3r.diagnosis.fit.least_squares import fit, polished
 from prb3r.diagnosis.fit.model import Fit
-from prb3r.diagnosis.investigate import without_blunders
 from prb3r.diagnosis.known import Searched, Task
 from prb3r.diagnosis.library.hypothesis import FORMS, Hypothesis
 from prb3r.diagnosis.search.apply import serially

@@ -1,10 +1,15 @@
 """Blunders to plant in right recordings, by what is said of them."""
 
 from dataclasses import replace
+from functools import cache
+from pathlib import Path
 
 import numpy as np
+from diagnosis.simulated import Case, recorded
 
+from prb3r.diagnosis.checks.setup.remedy import with_manipulator
 from prb3r.model.steps import loads_of
+from prb3r.recording.reading import load_recording
 from prb3r.recording.recording import Kind
 
 
@@ -196,3 +201,17 @@ LADEN = {
     "the disks that loads hang on are counted from the tip, which is 0": lambda r: hung_elsewhere(r, 4, 2),
 }
 """The same for the recording of an arm with weights on its tip and on a disk."""
+
+
+@cache
+def example():
+    """The shipped recording: 42 steps, pulleys that take a tenth of every pull."""
+    return load_recording(Path(__file__).parents[2] / "studies" / "recordings" / "bench-example")
+
+
+@cache
+def lagging():
+    """A rig whose friction follows its cables' travel, as the file says."""
+    right = recorded(Case(hidden=((("kind", "slip_history"), ("presliding_m", 1e-4)),), program="reversing"))
+    friction = {"coefficient": 0.3, "direction": "history", "presliding_m": 1e-4}
+    return with_manipulator(right, right.manipulator.replace("friction", friction)).recording

@@ -6,12 +6,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from diagnosis.planted import (
-    CABLES_N,
     FORGOTTEN_SLIPS,
-    LADEN,
     PLANTED,
     backward,
-    in_pounds,
     late,
     mirrored,
     misnoted,
@@ -22,7 +19,9 @@ from diagnosis.planted import (
 )
 from diagnosis.simulated import IMITATING, RUBBING, WEAK, YIELDING, Case, recorded
 
+from prb3r.diagnosis import blunders as weighed
 from prb3r.diagnosis import investigate as around
+from prb3r.diagnosis.blunders import without_blunders
 from prb3r.diagnosis.check import check
 from prb3r.diagnosis.checks.setup.factors import factor_blunders
 from prb3r.diagnosis.checks.setup.find import Blunder, blunders_of, find_blunder
@@ -30,7 +29,7 @@ from prb3r.diagnosis.checks.setup.weigh import is_left_behind, moves_nothing, sp
 from prb3r.diagnosis.fit.calibrate import fit_constants
 from prb3r.diagnosis.fit.covariance import NoiseLevel
 from prb3r.diagnosis.fit.prediction import predictor
-from prb3r.diagnosis.investigate import investigate, without_blunders
+from prb3r.diagnosis.investigate import investigate
 from prb3r.diagnosis.known import Task
 from prb3r.diagnosis.result.answer import what_to_do
 from prb3r.diagnosis.result.tell import tell
@@ -39,13 +38,9 @@ from prb3r.diagnosis.search.search import Search
 from prb3r.diagnosis.settings import Settings
 from prb3r.diagnosis.stages import to_search, to_test
 from prb3r.recording.plausibility import contradicted_slips
-from prb3r.recording.recording import Prior
 
 pytestmark = pytest.mark.long
 
-SURE = {"tip_y_n and disk4_y_n hold pounds"}
-"""Of the blunders with loads and lengths those that no effect imitates: more than the whole load would arrive."""
-LENGTHS = [blunder for blunder in PLANTED if "length_m" in blunder]
 RIGHT = {
     "nothing": (),
     "a dead cable": ({"kind": "dead_cable", "cable": "1"},),
@@ -70,53 +65,6 @@ def test_physics_is_no_blunder(hidden):
     assert not blunders or not blunders[-1].plain
     if blunders and not blunders[-1].faint:
         assert not without_blunders(Task(case), lambda stage: None, serially).blunders
-
-
-@pytest.mark.parametrize(
-    "effect",
-    [
-        {"kind": "weight_friction", "efficiency": 0.75},
-        {"kind": "camera_scale", "scale": 0.9},
-        {"kind": "tip_load_friction", "efficiency": 0.9},
-        {"kind": "tip_load_friction", "efficiency": 0.5},
-    ],
-)
-def test_an_effect_that_looks_like_a_blunder_of_another_size_stays_an_effect(effect):
-    """Pounds would let 45.4 % of a tip load arrive, a pitch for lengths would be a scale of 0.882."""
-    right = recorded(Case(hidden=(tuple(effect.items()),), program="laden"))
-    found = investigate(Task(right, without=RUBBING | YIELDING | IMITATING))
-    assert (found.verdict, found.choice.kinds) == ("explained", {effect["kind"]})
-    assert found.rival_blunder is None
-
-
-@pytest.mark.parametrize("blunder", [*LADEN, *LENGTHS])
-def test_a_blunder_that_an_effect_imitates_is_said_in_its_place(blunder):
-    wrong = (LADEN | PLANTED)[blunder](recorded(Case(hidden=(), program="laden")))
-    found = investigate(Task(wrong, without=RUBBING | YIELDING | IMITATING))
-    assert (found.verdict, found.choice.kinds) == ("set-up", frozenset())
-    (said,) = found.blunders
-    assert said.blunder == blunder
-    assert said.sure == (blunder in SURE)
-
-
-def test_a_blunder_that_constants_alone_do_not_show_is_weighed_against_the_effect_that_imitates_it(monkeypatch):
-    """As on an arm that sags so far that they leave everything: a lever that is shorter by a disk is friction there."""
-    monkeypatch.setattr(around, "blunders_of", lambda *_: ())
-    sags = {"kind": "gravity", "x_m_s2": 0.0, "y_m_s2": -9.81}
-    right = recorded(Case(hidden=(tuple(sags.items()),), program="laden"))
-    wrong = LADEN["what hung at disk 4 is noted as loads on disk 5"](right)
-    without = RUBBING | YIELDING | IMITATING
-    found = without_blunders(Task(wrong, without=without), lambda stage: None, serially)
-    assert [said.blunder for said in found.blunders] == ["what hung at disk 4 is noted as loads on disk 5"]
-    assert found.searched.choice.kinds == {"gravity"}
-
-
-def test_a_pulley_that_rubs_is_no_lever_that_is_shorter(monkeypatch):
-    monkeypatch.setattr(around, "blunders_of", lambda *_: ())
-    right = recorded(Case(hidden=((("kind", "weight_friction"), ("efficiency", 0.75)),), program="laden"))
-    found = without_blunders(Task(right, without=RUBBING | YIELDING | IMITATING), lambda stage: None, serially)
-    assert found.searched.choice.kinds == {"weight_friction"}
-    assert (found.blunders, found.rival) == ((), None)
 
 
 def test_a_blunder_is_told_from_the_physics_that_was_left_out_beside_it():
@@ -184,19 +132,6 @@ def test_a_blunder_by_another_factor_on_the_same_weights_is_the_same():
     assert not replace(noted, whose="").is_same(replace(finer, whose=""))
 
 
-def test_a_unit_that_stiffnesses_of_single_segments_stand_in_for_is_a_rival():
-    """As one of them is thinner, and the modulus is stated, constants alone explain neither recording; mended, there is
-    one effect less, though of the same kind."""
-    thinner = {"kind": "segment_stiffness", "segment": 1, "factor": 0.7}
-    wrong = in_pounds(recorded(Case(hidden=(tuple(thinner.items()),))), CABLES_N)
-    task = Task(replace(wrong, prior=Prior(youngs_modulus=0.05)), without=RUBBING | IMITATING)
-    found = without_blunders(task, lambda stage: None, serially)
-    assert found.rival.blunder == "weights noted as newtons are pounds"
-    assert [effect.name for effect in found.without_rival.choice.effects] == ["segment_stiffness (segment 1)"]
-    assert found.searched.choice.kinds == {"segment_stiffness"}
-    assert len(found.searched.choice.effects) == 2
-
-
 def test_weights_are_only_multiplied_where_the_cable_is_pulled_as_far_in_another_sequence():
     right = recorded()
     said = {remedy.factor.whose for remedy in factor_blunders(right, ["out", "in"])}
@@ -243,8 +178,8 @@ def test_what_moves_nothing_is_no_blunder_and_what_was_found_with_it_stands(dead
     missed both, but for a cable of the other sign."""
     right, turned = dead
     blunder = Blunder("offset_m of cable 1 has the wrong sign", (), "manipulator.toml", turned, sure, 1.0)
-    monkeypatch.setattr(around, "blunders_of", lambda *_: (blunder,))
-    monkeypatch.setattr(around, "speaks_for", lambda *_: True)
+    monkeypatch.setattr(weighed, "blunders_of", lambda *_: (blunder,))
+    monkeypatch.setattr(weighed, "speaks_for", lambda *_: True)
     searched, blunders, *_ = without_blunders(Task(right), lambda stage: None, serially)
     assert not blunders
     assert searched.choice.kinds == {"dead_cable"}
@@ -354,13 +289,13 @@ def test_a_blunder_must_still_show_beside_what_explains_the_mended_recording(wea
 def test_a_recording_with_a_clear_blunder_is_not_searched_to_the_end_as_it_is(monkeypatch):
     """What a blunder has spoiled is searched for long, and in vain."""
     wrong = PLANTED["cables 1 and 4 are exchanged"](recorded(Case(hidden=(tuple(WEAK.items()),))))
-    limits, real = [], around.search
+    limits, real = [], weighed.search
 
     def searched(tested, least_worth=-np.inf):
         limits.append((tested.doubted.recording is wrong, least_worth))
         return real(tested, least_worth)
 
-    monkeypatch.setattr(around, "search", searched)
+    monkeypatch.setattr(weighed, "search", searched)
     found, (blunder,), *_ = without_blunders(Task(wrong), lambda stage: None, serially)
     assert blunder.blunder == "cables 1 and 4 are exchanged"
     assert found.choice.kinds == {"weakened_plate"}
