@@ -1,6 +1,7 @@
 """Blunders of the set-up: those planted are named and mended, none is said of right recordings."""
 
 import json
+from collections import Counter
 from dataclasses import replace
 from functools import cache, partial
 from pathlib import Path
@@ -21,7 +22,7 @@ from diagnosis.simulated import Case, diagnosed, recorded
 
 from prb3r.diagnosis.checks.setup.attempt import attempt_on
 from prb3r.diagnosis.checks.setup.cables import cable_blunders
-from prb3r.diagnosis.checks.setup.find import blunders_of, find_blunder
+from prb3r.diagnosis.checks.setup.find import blunders_of, find_blunder, remedies, trials
 from prb3r.diagnosis.checks.setup.remedy import Mended, Remedy, with_steps
 from prb3r.diagnosis.checks.setup.robust import Trier, expected_loss
 from prb3r.diagnosis.fit.calibrate import fit_constants
@@ -277,6 +278,14 @@ def test_remedies_that_leave_no_reading_are_not_fitted():
     """One marker read at one step: noted a step later, it is of no step at all."""
     lone = example().readings.where(np.arange(example().readings.count) == 0)
     assert blunders_of(replace(example(), readings=lone), Settings()) == ()
+
+
+def test_blunders_of_many_kinds_are_fitted_in_full():
+    """Of labels that are exchanged many are as promising as each other, and none of them need be there."""
+    attempt, settings = attempt_on(rig(), Settings()), Settings()
+    kinds = Counter(tried.remedy.kind for tried in trials(attempt, remedies(rig(), settings)))
+    assert kinds.total() == settings.blunders_fitted
+    assert max(kinds.values()) == settings.blunders_of_a_kind
 
 
 def test_a_remedy_that_moves_nothing_gains_nothing():
