@@ -4,6 +4,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
+import numpy as np
+
 from prb3r.diagnosis.checks.heldout import HeldOut
 from prb3r.diagnosis.checks.predicting import predicting
 from prb3r.diagnosis.checks.residuals import ModelCheck, model_checks
@@ -14,6 +16,7 @@ from prb3r.diagnosis.checks.unseen import JudgedSequence, Unseen, unseen
 from prb3r.diagnosis.checks.verdict import empirical_law, verdict_on, why_doubtful, why_misleading, why_unexplained
 from prb3r.diagnosis.evidence.stated_accuracy import share_of_stated
 from prb3r.diagnosis.fit.calibrate import as_drawn, constants_as_drawn, constants_as_filed
+from prb3r.diagnosis.fit.covariance import reading_sd
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.fit.tolerance import EstimatedTolerances
 from prb3r.diagnosis.known import Doubted, Searched
@@ -186,9 +189,22 @@ def _set_aside(doubted: Doubted, choice: Choice) -> Unseen | None:
 
 def better_as_filed(calibrated: Fit, refitted: Fit, fresh: Unseen) -> Fit | None:
     """The constants of the manipulator file, if they predict the sequences set aside clearly better than `refitted`
-    ones (`Settings.misleading`); else None."""
-    filed = constants_as_filed(calibrated)
-    return filed if filed and fresh.errors(filed, refitted).is_worse(calibrated.model.settings.misleading) else None
+    ones (`Settings.misleading`), and at least half of the fitted sequences too; else None.
+
+    Then few fitted sequences lead the refitted constants astray.  Where most do, the rig differs from its file, and
+    what was set aside happens not to show it.
+    """
+    filed, settings = constants_as_filed(calibrated), calibrated.model.settings
+    if filed is None or not fresh.errors(filed, refitted).is_worse(settings.misleading):
+        return None
+    recording, sd = calibrated.recording, reading_sd(calibrated.recording)
+    of_reading, predict = recording.of_sequence[recording.readings.step], calibrated.model.predict
+    as_filed, again = (
+        np.bincount(of_reading, (np.nan_to_num(predict.misfit(predict(fit.constants)), nan=np.inf) / sd) ** 2)
+        for fit in (filed, refitted)
+    )
+    read = np.bincount(of_reading) > 0
+    return filed if np.mean((as_filed <= again)[read]) >= settings.led_astray else None
 
 
 def _errors(fresh: Unseen, fitted: Fit, calibrated: Fit, reported: Fit) -> HeldOut:

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from prb3r.model.files.cells import named
+from prb3r.model.files.cells import named, written_out
 from prb3r.recording.let_go import felt_changes
 from prb3r.recording.recording import FRAME_REACH, Kind, Recording
 
@@ -19,6 +19,9 @@ far more than noise and a slightly shifted frame cause."""
 SLACK = 0.25
 """Distance by which a disk may seem too far from the base without a doubt, over the mean distance between disks.
 Choice: more than tolerances and a camera's scale cause, and less than a disk that is counted wrongly does."""
+NEAR = 0.5
+"""Share of the arm's length up to a disk that the disk has to be away from the base at some step.  Choice: an arm that
+is bent to a full circle at every step would have none that is."""
 FEWEST_TO_SET_ASIDE = 3
 """Fewest sequences with which a diagnosis sets one aside; two are left then."""
 ALIKE = 5.0
@@ -43,19 +46,13 @@ def implausible(recording: Recording) -> Iterator[str]:
 
 
 def _misplaced_disks(recording: Recording) -> Iterator[str]:
-    """A doubt if disks are farther from the base than the arm is long up to them: a chord is no longer than its arc."""
-    readings, chain = recording.readings, recording.manipulator.chain()
-    spacing = chain.arc + 2 * chain.clamp + chain.disk
-    along = np.concatenate([[0.0], np.cumsum(spacing)])
-    places = {(s, d): [np.nan, np.nan] for s, d in zip(readings.step.tolist(), readings.disk.tolist(), strict=True)}
-    for s, d, kind, value in zip(*(field.tolist() for field in readings), strict=True):
-        if Kind(kind).is_position:
-            places[s, d][kind] = value
-    away = np.linalg.norm(np.array(list(places.values())).reshape(-1, 2), axis=1)
-    known = np.isfinite(away)
-    disks, away = np.array([d for _, d in places], int)[known], away[known]
-    slack = SLACK * spacing.mean() + FRAME_REACH * recording.measurement.frame_position_sd_m
-    far = [d for d in np.unique(disks).tolist() if np.median(away[disks == d]) > along[d] + slack]
+    """A doubt if disks are farther from the base than the arm is long up to them, as a chord is no longer than its arc;
+    and one if none is ever half as far as that, as if the arm were coiled up at every step."""
+    disks, away, along, spacing = _distances_from_base(recording)
+    slack = SLACK * spacing + FRAME_REACH * recording.measurement.frame_position_sd_m
+    read = np.unique(disks).tolist()
+    far = [d for d in read if np.median(away[disks == d]) > along[d] + slack]
+    near = [d for d in read if away[disks == d].max() + slack < NEAR * along[d]]
     if len(far) >= FEWEST:
         first = far[0]
         distance = float(np.median(away[disks == first]))
@@ -63,6 +60,28 @@ def _misplaced_disks(recording: Recording) -> Iterator[str]:
             f"disk {first} is {distance:.3g} m from the base, but the arm reaches only {along[first]:.3g} m so far, "
             f"and so for {len(far)} disks; are disks counted from the base, which is 0, or is a length wrong?"
         )
+    elif len(near) >= FEWEST and len(near) >= ENOUGH * len(read):
+        last = near[-1]
+        distance = float(away[disks == last].max())
+        yield (
+            f"disk {last} is at no step farther than {distance:.3g} m from the base, but the arm is {along[last]:.3g} "
+            f"m long so far, and so for {len(near)} disks; are positions in another unit, or is a length wrong?"
+        )
+
+
+def _distances_from_base(recording: Recording) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
+    """Of every place that was read: (k,) disk and (k,) distance from the base, m; and (n + 1,) length of the arm up to
+    every disk and the mean distance between disks, m."""
+    readings, chain = recording.readings, recording.manipulator.chain()
+    spacing = chain.arc + 2 * chain.clamp + chain.disk
+    places = {(s, d): [np.nan, np.nan] for s, d in zip(readings.step.tolist(), readings.disk.tolist(), strict=True)}
+    for s, d, kind, value in zip(*(field.tolist() for field in readings), strict=True):
+        if Kind(kind).is_position:
+            places[s, d][kind] = value
+    away = np.linalg.norm(np.array(list(places.values())).reshape(-1, 2), axis=1)
+    known = np.isfinite(away)
+    disks = np.array([d for _, d in places], int)[known]
+    return disks, away[known], np.concatenate([[0.0], np.cumsum(spacing)]), float(spacing.mean())
 
 
 def _wrong_sides(recording: Recording) -> Iterator[str]:
@@ -206,7 +225,7 @@ def _other_unit(recording: Recording) -> Iterator[str]:
         if 0 < MUCH_STRONGER * others < strongest[k]:
             ratio = strongest[k] / others
             yield (
-                f"sequence {name} is pulled by up to {strongest[k]:.3g} N, {ratio:.2g} times as hard as any other "
+                f"sequence {name} is pulled by up to {strongest[k]:.3g} N, {written_out(ratio, '.2g')} times as hard as any other "
                 f"({others:.3g} N); is it in grams, or in another unit?"
             )
 

@@ -1,4 +1,4 @@
-"""Blunders with what was read: mirrored pictures, disks counted wrongly, angles in degrees."""
+"""Blunders with what was read: mirrored pictures, another scale, disks counted wrongly, angles in degrees."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -9,7 +9,19 @@ import numpy as np
 
 from prb3r.diagnosis.checks.setup.remedy import Mended, Remedy, later_parts, parts_of, with_labels, with_values
 from prb3r.diagnosis.settings import Settings
+from prb3r.markdown import listed
 from prb3r.recording.recording import Kind, Recording
+
+SCALES = (
+    (10.0, "a tenth of"),
+    (0.1, "ten times"),
+    (2.54, "0.394 times (inches for centimetres)"),
+    (1 / 2.54, "2.54 times (centimetres for inches)"),
+    (2.0, "half of"),
+    (0.5, "twice"),
+)
+"""Factors that mend positions in a wrong unit or by a wrong scale bar, and what the positions then are, in words before
+"what they should be"."""
 
 
 def picture_blunders(recording: Recording, settings: Settings) -> Iterator[Remedy]:
@@ -36,6 +48,10 @@ def _views(recording: Recording, settings: Settings) -> Iterator[Remedy]:
     if len(across) > 1:
         for kind in across:
             yield _factor("axes", f"{kind.column} has the wrong sign", [kind])
+    places = [kind for kind in kinds if kind.is_position]
+    for factor, words in SCALES if places else ():
+        names = listed([kind.column for kind in places])
+        yield _factor("scale", f"positions ({names}) are {words} what they should be", places, factor)
     for turned, most in ((Kind.ANGLE, settings.most_angle_rad), (Kind.BEND, settings.most_bend_rad)):
         if turned in kinds and np.abs(recording.readings.value[recording.readings.kind == turned]).max() > most:
             yield _factor("degrees", f"{turned.column} is in degrees", [turned], np.pi / 180)

@@ -1,5 +1,5 @@
 """Blunders with weights and loads: kilograms, grams or pounds in a column of newtons, newtons, grams or pounds in one
-of kilograms, loads upside down."""
+of kilograms, cables that were pulled by twice or half of what is noted, loads upside down."""
 
 from collections.abc import Iterator
 from functools import partial
@@ -19,6 +19,8 @@ POUND_KG = 0.45359237
 
 OF_ALL_WEIGHTS = "unit"
 """Kind of the remedies that change the unit of all weights."""
+OF_ALL_TENSIONS = "share of all tensions"
+"""Kind of the remedies that double or halve what pulls all cables."""
 DEAD_LOADS = "dead loads"
 """Kind of the remedies that change the unit or the sign of loads that no cable brings."""
 
@@ -72,6 +74,7 @@ def unit_blunders(recording: Recording) -> Iterator[Remedy]:
                 if any(loaded[name][rows].any() for name in columns):
                     blunder = f"weights of sequence {sequence} noted as {noted} are {other}"
                     yield _scaled("unit of a sequence", blunder, columns, unit, rows)
+    yield from _halves(pulled)
     dead = [name for name in loaded if name not in cable_columns(recording.manipulator, steps) and loaded[name].any()]
     if dead:
         hold, have = ("holds", "has") if len(dead) == 1 else ("hold", "have")
@@ -80,6 +83,18 @@ def unit_blunders(recording: Recording) -> Iterator[Remedy]:
                 yield _scaled(DEAD_LOADS, f"{listed(dead)} {hold} {unit.other}", dead, unit)
         change = partial(with_scaled, columns=dead, factor=-1.0)
         yield Remedy(DEAD_LOADS, f"{listed(dead)} {have} the wrong sign", "steps", change)
+
+
+def _halves(pulled: list[str]) -> Iterator[Remedy]:
+    """The remedies of tensions that are half or twice of what pulled, in one of the columns `pulled` or in all: a scale
+    on one end of a loop, or a weight on a movable pulley."""
+    places = [("share of a tension", [name]) for name in pulled if len(pulled) > 1]
+    places += [(OF_ALL_TENSIONS, pulled)] if pulled else []
+    for kind, columns in places:
+        noted = f"weights of {columns[0]} are" if len(columns) == 1 else "weights of all cables are"
+        for factor, words, imitators in ((2.0, "half of", ()), (0.5, "twice", ("pulley_friction",))):
+            change = partial(with_scaled, columns=columns, factor=factor)
+            yield Remedy(kind, f"{noted} {words} what pulled", "steps", change, frozenset(imitators))
 
 
 def _scaled(
