@@ -197,12 +197,10 @@ def better_as_filed(calibrated: Fit, refitted: Fit, fresh: Unseen) -> Fit | None
     filed, settings = constants_as_filed(calibrated), calibrated.model.settings
     if filed is None or not fresh.errors(filed, refitted).is_worse(settings.misleading):
         return None
-    recording, sd = calibrated.recording, reading_sd(calibrated.recording)
-    of_reading, predict = recording.of_sequence[recording.readings.step], calibrated.model.predict
-    as_filed, again = (
-        np.bincount(of_reading, (np.nan_to_num(predict.misfit(predict(fit.constants)), nan=np.inf) / sd) ** 2)
-        for fit in (filed, refitted)
-    )
+    recording, predict = calibrated.recording, calibrated.model.predict
+    of_reading, sd = recording.of_sequence[recording.readings.step], reading_sd(recording)
+    missed = [np.nan_to_num(predict.misfit(predict(fit.constants)), nan=np.inf) / sd for fit in (filed, refitted)]
+    as_filed, again = (np.bincount(of_reading, each**2) for each in missed)
     read = np.bincount(of_reading) > 0
     return filed if np.mean((as_filed <= again)[read]) >= settings.led_astray else None
 

@@ -224,8 +224,8 @@ def _what_widens(posterior: Posterior, rigs: Sequence[Drawn], spread: np.ndarray
         if times > Settings.wider_bands:
             probability = sum(model.probability for model in posterior.models if kind in _kinds(model.effects))
             remarks.append(
-                f"bands are up to {written_out(times, '.2g')} times as wide as without {kind}, of which the recording leaves a "
-                f"probability of {probability:.2f}: a recording of loads like these would tell"
+                f"bands are up to {written_out(times, '.2g')} times as wide as without {kind}, of which the "
+                f"recording leaves a probability of {probability:.2f}: a recording of loads like these would tell"
             )
     return remarks
 
