@@ -225,7 +225,7 @@ def _other_unit(recording: Recording) -> Iterator[str]:
         if 0 < MUCH_STRONGER * others < strongest[k]:
             ratio = written_out(strongest[k] / others, ".2g")
             yield (
-                f"sequence {name} is pulled by up to {strongest[k]:.3g} N, {written_out(ratio, '.2g')} times as hard as any other "
+                f"sequence {name} is pulled by up to {strongest[k]:.3g} N, {ratio} times as hard as any other "
                 f"({others:.3g} N); is it in grams, or in another unit?"
             )
 
