@@ -110,6 +110,19 @@ def misnoted(known, cable, sequence, factor):
     return other_steps(known, **{name: known.steps[name].where(~here, factor * known.steps[name])})
 
 
+def pulled_by(known, factor, *columns):
+    """With some tensions noted as what pulls over a factor."""
+    return other_steps(known, **{name: known.steps[name] / factor for name in columns})
+
+
+def as_thick(known, factor):
+    """With plates in the file that are a factor times as thick."""
+    manipulator = known.manipulator
+    for number, segment in enumerate(manipulator.segment, 1):
+        manipulator = manipulator.replace(f"segment.{number}.thickness_m", factor * segment.thickness_m)
+    return with_manipulator(known, manipulator).recording
+
+
 def hung_elsewhere(known, disk, other):
     """With what hangs at a disk noted at another one."""
     steps = known.steps.rename(columns={f"disk{disk}_y_n": f"disk{other}_y_n"})
@@ -177,6 +190,8 @@ PLANTED = {
     "weights of sequence out noted as newtons are pounds that were taken for kilograms": lambda r: in_pounds(
         r, CABLES_N, "out", as_kilograms=True
     ),
+    "weights of cable_4_n are half of what pulled": lambda r: pulled_by(r, 2.0, "cable_4_n"),
+    "weights of cable_1_n are twice what pulled": lambda r: pulled_by(r, 0.5, "cable_1_n"),
     "length_m of every segment is the pitch, with a disk in it": lambda r: other_lengths(r, 1),
     "the thickness of a disk was taken off length_m of every segment, which is without it anyway": lambda r: (
         other_lengths(r, -1)
@@ -187,6 +202,9 @@ PLANTED = {
     "the pictures of sequence down are in backward order": lambda r: backward(r, "down"),
     "the pictures of sequence out belong to the step before the one they are noted at": lambda r: late(r, "out"),
     "the pictures of sequences out and counter are exchanged": lambda r: sequences_swapped(r, "out", "counter"),
+    "positions (x_m and y_m) are a tenth of what they should be": lambda r: r.with_values(
+        np.where(r.readings.kind == Kind.ANGLE, r.readings.value, r.readings.value / 10)
+    ),
     "angle_rad is in degrees": lambda r: r.with_values(
         np.where(r.readings.kind == Kind.ANGLE, np.degrees(r.readings.value), r.readings.value)
     ),
@@ -196,6 +214,7 @@ LADEN = {
     "tip_y_n and disk4_y_n hold pounds that were taken for kilograms": lambda r: in_pounds(
         r, DEAD_N, as_kilograms=True
     ),
+    "weights of all cables are half of what pulled": lambda r: pulled_by(r, 2.0, *CABLES_N),
     "what hung at disk 4 is noted as loads on disk 5": lambda r: hung_elsewhere(r, 4, 5),
     "the disks that loads hang on are counted from the tip": lambda r: hung_elsewhere(r, 4, 3),
     "the disks that loads hang on are counted from the tip, which is 0": lambda r: hung_elsewhere(r, 4, 2),

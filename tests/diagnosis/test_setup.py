@@ -12,6 +12,7 @@ from diagnosis.planted import (
     CABLES_N,
     LADEN,
     PLANTED,
+    as_thick,
     example,
     farther,
     in_pounds,
@@ -78,8 +79,21 @@ def test_holes_at_twice_or_half_their_distance_are_suspected_where_the_modulus_i
     np.testing.assert_allclose(found.mended.manipulator.chain().offset, rig().manipulator.chain().offset)
 
 
+@pytest.mark.parametrize(("factor", "said"), [(2.0, "twice"), (0.5, "half of")])
+def test_thicknesses_at_twice_or_half_are_suspected_where_the_modulus_is_stated(factor, said):
+    """Kilograms would leave the modulus a fifth from what is stated, as 9.81 is no 8."""
+    wrong = as_thick(recorded(Case(hidden=())), factor)
+    assert not [way for way in remedies(replace(wrong, prior=Prior()), Settings()) if way.kind == "thickness"]
+    found = find_blunder(replace(wrong, prior=Prior(youngs_modulus=0.05)), Settings())
+    assert found.blunder == f"thickness_m of every segment is {said} what it should be"
+    np.testing.assert_allclose(found.mended.manipulator.chain().stiffness, rig().manipulator.chain().stiffness)
+
+
 QUICK = [
     "weights noted as newtons are kilograms",
+    "weights of cable_4_n are half of what pulled",
+    "weights of all cables are half of what pulled",
+    "positions (x_m and y_m) are a tenth of what they should be",
     "disks 5 and 6 are exchanged",
     "cables 1 and 4 are exchanged",
     "slip is declared with the wrong sign",
@@ -248,6 +262,7 @@ def test_cables_in_two_units_are_exchanged_as_a_table_that_reads_again(tmp_path)
         ("offset_m of cable 1 has the wrong sign", "cable 1 pulls the arm to the other side"),
         ("the disks are counted from the tip", "from the base"),
         ("the disks are counted one off: the base disk is counted as 1", ""),
+        ("positions (x_m and y_m) are a tenth of what they should be", "are positions in another unit"),
     ],
 )
 def test_some_blunders_show_without_a_fit(blunder, said):
