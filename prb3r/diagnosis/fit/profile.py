@@ -48,6 +48,14 @@ def likelihood_interval(fitted: Fit, number: int) -> LikelihoodInterval:
     return LikelihoodInterval(curve.low, curve.high, curve)
 
 
+def interval_ends(fitted: Fit, number: int) -> tuple[float, float]:
+    """The ends of the 95 % interval of parameter `number`: linearised, or by its profile where that is wrong."""
+    if linear := linear_interval(fitted, number):
+        return linear
+    curve = profile(fitted, number)
+    return curve.low, curve.high
+
+
 def profile(fitted: Fit, number: int) -> Profile:
     """The profile of parameter `number`.
 

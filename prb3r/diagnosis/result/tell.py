@@ -10,7 +10,7 @@ from prb3r.diagnosis.evidence.constants_by_part import clues
 from prb3r.diagnosis.evidence.score_test import Scores
 from prb3r.diagnosis.fit.constants import FRAME, Constants
 from prb3r.diagnosis.fit.model import Fit
-from prb3r.diagnosis.fit.profile import Profile
+from prb3r.diagnosis.fit.profile import Profile, interval_ends
 from prb3r.diagnosis.fit.tolerance import EstimatedTolerances
 from prb3r.diagnosis.library.hypothesis import Free, Hypothesis
 from prb3r.diagnosis.library.suspect import Estimate
@@ -137,8 +137,8 @@ def _largest(scores: Scores) -> LargestScore:
 
 
 def _constant(nominal: float, name: str, investigation: Investigation) -> CalibratedConstant:
-    """A constant, given its `nominal` value and the `name` of its logarithm, with a linearised 95 % interval where the
-    fit deserves one.
+    """A constant, given its `nominal` value and the `name` of its logarithm, with a 95 % interval where the fit
+    deserves one: linearised, unless chi-square at the ends shows that this is wrong.
 
     The interval is widened to what the other surviving models say of the constant, and ends at the bounds of the fit.
     """
@@ -148,8 +148,8 @@ def _constant(nominal: float, name: str, investigation: Investigation) -> Calibr
     sure = not investigation.why
     if sure and name in explained.model.varied and explained.reduced < explained.model.settings.far_from_one:
         number = explained.model.varied.index(name)
-        reach, u = NORMAL_REACH * float(np.sqrt(explained.covariance[number, number])), float(explained.p[number])
-        ends = ends_over_models(investigation.choice, number, number_of_constant(name), (u - reach, u + reach))
+        own = interval_ends(explained, number)
+        ends = ends_over_models(investigation.choice, number, number_of_constant(name), own)
     bounds = explained.model.widest[name]
     low, high = np.clip(ends, *bounds)
     low, high = (nominal * float(np.exp(end)) for end in (low, high))
