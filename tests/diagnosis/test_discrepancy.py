@@ -7,13 +7,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from diagnosis.learnt import STEPS
-from diagnosis.simulated import UNEXPLAINED, Case, E, diagnosed, investigated, manipulator
+from diagnosis.simulated import UNEXPLAINED, Case, E, diagnosed, investigated, manipulator, recorded
 
 from prb3r import predict, solve
 from prb3r.diagnosis.check import better_as_filed
 from prb3r.diagnosis.confidence import NORMAL_REACH
-from prb3r.diagnosis.fit.calibrate import constants_as_filed
+from prb3r.diagnosis.fit.calibrate import constants_as_filed, fit_constants
 from prb3r.diagnosis.fit.constants import Constants
+from prb3r.diagnosis.fit.prediction import predictor
 from prb3r.diagnosis.result.remarks import as_the_file_has_it
 from prb3r.diagnosis.result.unexplained import best_elsewhere, best_of_rig
 from prb3r.model.effects.plates import SegmentStiffness
@@ -140,6 +141,20 @@ def test_constants_of_the_file_are_taken_where_they_predict_what_was_set_aside_b
     led = replace(found, reported=astray, refitted=astray, filed=filed)
     assert best_of_rig(led)[0] is filed
     assert best_elsewhere(led, same_bench=True)[0] is filed
+
+
+def test_constants_of_the_file_are_not_taken_where_most_of_what_was_fitted_refutes_them():
+    """A rig of 1.6 times the modulus in one sequence, or in all but one, beside a sequence that no fit has seen and that
+    is as the file says."""
+    right = recorded(Case(hidden=()))
+    stiffer, as_filed = (predictor(right)(Constants(log_stiffness=log)) for log in (np.log(1.6), 0.0))
+    of_reading = right.of_sequence[right.readings.step]
+    unlike = SimpleNamespace(errors=lambda filed, refitted: SimpleNamespace(is_worse=lambda times: True))
+    for one in (True, False):
+        mixed = right.with_values(np.where((of_reading == 0) == one, stiffer, as_filed))
+        fitted = fit_constants(predictor(mixed))
+        assert 0.02 < fitted.constants.log_stiffness < np.log(1.6) - 0.02
+        assert (better_as_filed(fitted, fitted, unlike) is not None) == one
 
 
 def test_segments_all_of_which_differ_are_judged_with_the_modulus_that_carries_their_mean():

@@ -1,13 +1,18 @@
 """Intervals of parameters: where chi-square has risen as it should, and what all surviving models say."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from diagnosis.simulated import Case, recorded
 
-from prb3r.diagnosis.confidence import NORMAL_REACH
+from prb3r.diagnosis.confidence import INTERVAL_RISE, NORMAL_REACH
+from prb3r.diagnosis.fit.calibrate import fit_constants
+from prb3r.diagnosis.fit.constants import Constants
 from prb3r.diagnosis.fit.least_squares import fit
-from prb3r.diagnosis.fit.profile import linear_interval, profile
+from prb3r.diagnosis.fit.prediction import predictor
+from prb3r.diagnosis.fit.profile import interval_ends, linear_interval, profile
 from prb3r.diagnosis.result.spread import (
     SplitNormal,
     ends_over_models,
@@ -17,6 +22,7 @@ from prb3r.diagnosis.result.spread import (
 )
 from prb3r.diagnosis.search.pool import Survivor
 from prb3r.diagnosis.settings import Settings
+from prb3r.recording.recording import Prior
 
 
 @pytest.fixture(scope="module")
@@ -88,6 +94,20 @@ def test_a_linear_interval_is_that_of_the_profile_where_readings_tell_both_sides
     number = weak.model.spans[0].start
     curve = profile(weak, number)
     assert linear_interval(weak, number) == pytest.approx((curve.low, curve.high), abs=0.1 * (curve.high - curve.low))
+
+
+def test_the_interval_of_a_friction_that_is_next_to_none_ends_where_chi_square_has_risen():
+    """At a hundredth of the nominal friction its logarithm hardly moves a reading, and the straight line goes on."""
+    right = replace(recorded(Case(hidden=())), prior=Prior())
+    smooth = right.with_values(predictor(right)(Constants(log_friction=np.log(0.01))))
+    fitted = fit_constants(predictor(smooth))
+    number = fitted.model.varied.index("log_friction")
+    low, high = interval_ends(fitted, number)
+    assert high < normal_ends(fitted, number)[1] - 0.5
+    p = fitted.p.copy()
+    p[number] = high
+    assert fit(fitted.model, p, fixed=(number,)).chi2 - fitted.chi2 == pytest.approx(INTERVAL_RISE, rel=0.1)
+    assert low == fitted.model.bounds(fitted.p)[0][number]
 
 
 class Lengthening:
