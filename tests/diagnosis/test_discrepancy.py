@@ -144,8 +144,8 @@ def test_constants_of_the_file_are_taken_where_they_predict_what_was_set_aside_b
 
 
 def test_constants_of_the_file_are_not_taken_where_most_of_what_was_fitted_refutes_them():
-    """A rig of 1.6 times the modulus in one sequence, or in all but one, beside a sequence that no fit has seen and that
-    is as the file says."""
+    """A rig of 1.6 times the modulus in one sequence, or in all but one, beside an unseen sequence that is as the
+    file says."""
     right = recorded(Case(hidden=()))
     stiffer, as_filed = (predictor(right)(Constants(log_stiffness=log)) for log in (np.log(1.6), 0.0))
     of_reading = right.of_sequence[right.readings.step]
