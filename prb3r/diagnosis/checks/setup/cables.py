@@ -11,6 +11,9 @@ from prb3r.markdown import listed
 from prb3r.model.manipulator import Cable, Manipulator
 from prb3r.recording.recording import Recording
 
+ALL_LEVERS = "levers"
+"""Kind of the remedies that double or halve the moments of all cables, by their distances or by their tensions."""
+
 
 def cable_blunders(recording: Recording) -> Iterator[Remedy]:
     """The remedies of all blunders with cables that a recording could hold."""
@@ -90,7 +93,7 @@ def _distances(manipulator: Manipulator) -> Iterator[Remedy]:
         moved = {cable.name: _times(cable, factor) for cable in manipulator.cable}
         if moved:
             change = partial(_with_cables, cables=moved)
-            yield Remedy("distances", f"offset_m of all cables {words}", "manipulator", change)
+            yield Remedy(ALL_LEVERS, f"offset_m of all cables {words}", "manipulator", change)
 
 
 def _pulled(recording: Recording) -> list[str]:

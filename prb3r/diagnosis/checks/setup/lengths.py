@@ -38,7 +38,7 @@ def _thicknesses(recording: Recording) -> Iterator[Remedy]:
             for segment in manipulator.segment
         ]
         mend = partial(with_manipulator, manipulator=manipulator.model_copy(update={"segment": thicker}))
-        yield Remedy("thickness", f"thickness_m of every segment is {words} what it should be", "manipulator", mend)
+        yield Remedy("lengths", f"thickness_m of every segment is {words} what it should be", "manipulator", mend)
 
 
 def _lengthened(manipulator: Manipulator, change: float) -> Manipulator:

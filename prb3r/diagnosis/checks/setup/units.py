@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from prb3r.diagnosis.checks.setup.cables import ALL_LEVERS
 from prb3r.diagnosis.checks.setup.remedy import Remedy, with_scaled
 from prb3r.markdown import listed
 from prb3r.model.files.cells import numbers
@@ -19,8 +20,6 @@ POUND_KG = 0.45359237
 
 OF_ALL_WEIGHTS = "unit"
 """Kind of the remedies that change the unit of all weights."""
-OF_ALL_TENSIONS = "share of all tensions"
-"""Kind of the remedies that double or halve what pulls all cables."""
 DEAD_LOADS = "dead loads"
 """Kind of the remedies that change the unit or the sign of loads that no cable brings."""
 
@@ -89,7 +88,7 @@ def _halves(pulled: list[str]) -> Iterator[Remedy]:
     """The remedies of tensions that are half or twice of what pulled, in one of the columns `pulled` or in all: a scale
     on one end of a loop, or a weight on a movable pulley."""
     places = [("share of a tension", [name]) for name in pulled if len(pulled) > 1]
-    places += [(OF_ALL_TENSIONS, pulled)] if pulled else []
+    places += [(ALL_LEVERS, pulled)] if pulled else []
     for kind, columns in places:
         noted = f"weights of {columns[0]} are" if len(columns) == 1 else "weights of all cables are"
         for factor, words, imitators in ((2.0, "half of", ()), (0.5, "twice", ("pulley_friction",))):
