@@ -21,7 +21,7 @@ from prb3r.recording.recording import Prior
 pytestmark = pytest.mark.long
 
 SURE = {"tip_y_n and disk4_y_n hold pounds", "weights of all cables are half of what pulled"}
-"""Of the blunders with loads and lengths those that no effect imitates: more than the whole load or tension would arrive."""
+"""Of the blunders with loads and lengths those that no effect imitates: more than the whole would arrive."""
 
 
 LENGTHS = [blunder for blunder in PLANTED if "length_m" in blunder]
