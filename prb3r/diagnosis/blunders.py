@@ -17,7 +17,16 @@ from prb3r.diagnosis.search.apply import Apply
 from prb3r.diagnosis.search.search import Search
 from prb3r.diagnosis.search.selection import Choice
 from prb3r.diagnosis.settings import Settings
-from prb3r.diagnosis.stages import Report, fitted_part, leaves_something, search, searched_on, to_search, to_test
+from prb3r.diagnosis.stages import (
+    Report,
+    fitted_part,
+    leaves_something,
+    search,
+    searched_as,
+    searched_on,
+    to_search,
+    to_test,
+)
 
 
 class SetUp(NamedTuple):
@@ -124,7 +133,7 @@ def _both_begun(
         if tested.doubted.fitted.reduced > as_it_is.doubted.fitted.reduced:
             return None
         begun = search(as_it_is, np.inf)
-        return begun, search(tested, _ahead(begun, last, task.settings))
+        return begun, searched_as(tested, begun, _ahead(begun, last, task.settings))
     except OutOfBalance:
         return None
 
@@ -162,14 +171,14 @@ def _mended_beside(
         return None
     least_worth = choice.worth_of_first_start - (0.0 if last.faint else last.least)
     if begun is not None:
-        return searched_on(begun, least_worth)
+        return searched_as(begun.tested, searched, least_worth, begun)
     try:
         tested = to_test(mended_task(task, blunders), lambda stage: None, apply)
         if last.faint and len(choice.kinds) == 1 and leaves_something(tested):
             return None  # to save the only effect, constants alone would have to explain the mended recording
         if not choice.structured and is_left_behind(tested.doubted.fitted, tested.doubted.doubts, choice):
             return None
-        return search(tested, least_worth)
+        return searched_as(tested, searched, least_worth)
     except OutOfBalance:
         return None
 

@@ -10,7 +10,7 @@ from prb3r.diagnosis.blunders import mended_task, without_blunders
 from prb3r.diagnosis.check import check
 from prb3r.diagnosis.checks.setup.find import Blunder, find_blunder
 from prb3r.diagnosis.fit.calibrate import OutOfBalance
-from prb3r.diagnosis.known import Task
+from prb3r.diagnosis.known import Searched, Task
 from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.diagnosis.result.investigation import Investigation
 from prb3r.diagnosis.result.remarks import what_it_takes
@@ -23,7 +23,7 @@ from prb3r.diagnosis.stages import (
     coarsened_if_unexplained,
     doubt,
     framed,
-    search,
+    searched_as,
     to_test,
     with_other_constants,
     with_wider_markers,
@@ -69,7 +69,7 @@ def investigate(task: Task, report: Report = lambda stage: None, apply: Apply = 
         if other.verdict != "unexplained":
             investigation, blunders = other, (*blunders, rival)
     if investigation.verdict == "unexplained" and len(blunders) < task.settings.most_blunders:
-        investigation, blunders = beside_effects(task, investigation, blunders, apply)
+        investigation, blunders = beside_effects(task, searched, investigation, blunders, apply)
     if investigation.failed and not investigation.choice.structured:
         remark = fitted_too(mended_task(task, blunders), investigation, apply)
         investigation = replace(investigation, remarks=(*investigation.remarks, remark))
@@ -95,7 +95,7 @@ def fitted_too(task: Task, investigation: Investigation, apply: Apply) -> str:
 
 
 def beside_effects(
-    task: Task, unexplained: Investigation, blunders: tuple[Blunder, ...], apply: Apply
+    task: Task, before: Searched, unexplained: Investigation, blunders: tuple[Blunder, ...], apply: Apply
 ) -> tuple[Investigation, tuple[Blunder, ...]]:
     """The investigation and the blunders, with one more blunder if effects had hidden it; else both unchanged.
 
@@ -128,7 +128,7 @@ def beside_effects(
             continue
         try:
             tested = to_test(mended_task(task, (hidden,)), lambda stage: None, apply)
-            searched = search(tested, unexplained.choice.worth_of_first_start - hidden.least)
+            searched = searched_as(tested, before, unexplained.choice.worth_of_first_start - hidden.least)
         except OutOfBalance:
             continue
         found = _beside(searched.choice.fitted.effects, declared)

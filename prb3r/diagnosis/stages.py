@@ -25,6 +25,7 @@ from prb3r.diagnosis.checks.statements import (
 )
 from prb3r.diagnosis.evidence.model_evidence import log_evidence_in_full
 from prb3r.diagnosis.fit.calibrate import fit_constants
+from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.fit.prediction import predictor
 from prb3r.diagnosis.known import Calibrated, Doubted, Searched, Task, Tested
 from prb3r.diagnosis.library import hypotheses
@@ -202,6 +203,30 @@ def searched_on(searched: Searched, least_worth: float = -np.inf) -> Searched:
         return searched
     choice = search_effects(doubted.fitted, doubted.search, doubted.doubts, least_worth, begun)
     return Searched(searched.tested, choice)
+
+
+def searched_as(
+    tested: Tested, before: Searched, least_worth: float = -np.inf, begun: Searched | None = None
+) -> Searched:
+    """As :func:`search`, gone on with where an earlier search (`before`) ended if that fitted the same readings under
+    the same loads: then the two recordings differ in what is set aside alone.
+
+    Else it goes on with where a search of these tests ended that was `begun`, if any.
+    """
+    if _fit_the_same(before.tested.doubted.fitted, tested.doubted.fitted):
+        return searched_on(Searched(tested, before.choice), least_worth)
+    return searched_on(begun, least_worth) if begun else search(tested, least_worth)
+
+
+def _fit_the_same(one: Fit, other: Fit) -> bool:
+    """Whether two calibrations are of the same readings and loads of the same rig, and came out the same, but for
+    rounding."""
+    a, b = one.recording, other.recording
+    if a.manipulator != b.manipulator or one.residual.shape != other.residual.shape or one.p.shape != other.p.shape:
+        return False
+    pairs = [*zip(a.readings, b.readings, strict=True), *zip(a.loads, b.loads, strict=True)]
+    pairs += [(one.p, other.p), (one.residual, other.residual)]
+    return all(x.shape == y.shape and np.allclose(x, y, rtol=1e-9, atol=1e-9) for x, y in pairs)
 
 
 def coarsened_if_unexplained(searched: Searched) -> Searched:
