@@ -64,6 +64,7 @@ def _holds(recording: Recording) -> Iterator[tuple[int, int, int]]:
             and number[last + 1] == number[first]
             and np.abs(loads.tension[last + 1] - loads.tension[first]).max(initial=0.0) <= HELD_CHANGE * changed
             and np.array_equal(other[last + 1], other[first])
+            and np.array_equal(loads.slip[last + 1], loads.slip[first])  # not let go in between and pulled again
         ):
             last += 1
         if last > first and changed > 0 and number[first - 1] == number[first]:

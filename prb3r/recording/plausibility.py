@@ -19,7 +19,7 @@ far more than noise and a slightly shifted frame cause."""
 SLACK = 0.25
 """Distance by which a disk may seem too far from the base without a doubt, over the mean distance between disks.
 Choice: more than tolerances and a camera's scale cause, and less than a disk that is counted wrongly does."""
-NEAR = 0.5
+NEAREST = 0.5
 """Share of the arm's length up to a disk that the disk has to be away from the base at some step.  Choice: an arm that
 is bent to a full circle at every step would have none that is."""
 FEWEST_TO_SET_ASIDE = 3
@@ -52,7 +52,7 @@ def _misplaced_disks(recording: Recording) -> Iterator[str]:
     slack = SLACK * spacing + FRAME_REACH * recording.measurement.frame_position_sd_m
     read = np.unique(disks).tolist()
     far = [d for d in read if np.median(away[disks == d]) > along[d] + slack]
-    near = [d for d in read if away[disks == d].max() + slack < NEAR * along[d]]
+    near = [d for d in read if away[disks == d].max() + slack < NEAREST * along[d]]
     if len(far) >= FEWEST:
         first = far[0]
         distance = float(np.median(away[disks == first]))

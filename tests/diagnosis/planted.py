@@ -147,6 +147,15 @@ def without_slips(known, names="1234"):
     return replace(known, steps=steps, loads=loads_of(known.manipulator, known.manipulator.chain(), steps))
 
 
+def sorted_by_tension(known):
+    """With the steps of every sequence sorted by their largest tension, the way there first, and no slip."""
+    order = np.lexsort((known.loads.tension.max(1), known.of_sequence))
+    steps = without_slips(known).steps.iloc[order].reset_index(drop=True)
+    steps["step"] = known.steps["step"].to_numpy()
+    loads = loads_of(known.manipulator, known.manipulator.chain(), steps)
+    return replace(relabelled(known, step=lambda step, name: np.argsort(order)[step]), steps=steps, loads=loads)
+
+
 def axes_exchanged(recording):
     """The recording with x and y in each other's column."""
     kind = recording.readings.kind

@@ -10,13 +10,14 @@ from diagnosis.planted import (
     example,
     lagging,
     other_steps,
+    sorted_by_tension,
     without_slips,
 )
 from diagnosis.simulated import LOSSY, Case, recorded
 
 from prb3r.diagnosis import blunders as weighed
 from prb3r.diagnosis.blunders import without_blunders
-from prb3r.diagnosis.checks.setup.find import blunders_of, remedies
+from prb3r.diagnosis.checks.setup.find import blunders_of, find_blunder, remedies
 from prb3r.diagnosis.checks.setup.quick import slips_as_pulled
 from prb3r.diagnosis.checks.setup.slips import FORGOTTEN
 from prb3r.diagnosis.fit.constants import Constants
@@ -27,6 +28,7 @@ from prb3r.diagnosis.known import Task
 from prb3r.diagnosis.result.files import write_record
 from prb3r.diagnosis.search.apply import serially
 from prb3r.diagnosis.settings import Settings
+from prb3r.recording.holds import creeping
 from prb3r.recording.reading import load_recording
 
 
@@ -106,3 +108,16 @@ def test_columns_of_slip_are_not_missed_where_slip_follows_the_path_or_nothing_i
     loading = other_steps(example(), **{f"cable_{name}_n": range(1, len(example().steps) + 1) for name in "1234"})
     for right in (lagging(), loading):
         assert FORGOTTEN not in {remedy.kind for remedy in remedies(without_slips(right), Settings())}
+
+
+def test_steps_that_were_sorted_by_tension_are_said_and_let_go_again():
+    right = example().only([0, 1, 2, 3])
+    noise = np.random.default_rng(0).normal(0.0, reading_sd(right))
+    right = right.with_values(predictor(right)(Constants()) + noise)  # with nothing hidden
+    wrong = sorted_by_tension(right)
+    found = find_blunder(wrong, Settings())
+    assert found.blunder == "steps were sorted by tension without a column of slip: of two alike the second was let go"
+    order = np.lexsort((right.loads.tension.max(1), right.of_sequence))
+    np.testing.assert_array_equal(found.mended.loads.slip, right.loads.slip[order])
+    assert list(creeping(wrong))
+    assert not list(creeping(found.mended))

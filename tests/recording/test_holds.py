@@ -33,6 +33,7 @@ def held(creep: float, seed: int = 0) -> Recording:
         tension=tension,
         force=recording.loads.force[chosen],
         tip=recording.loads.tip[chosen],
+        slip=recording.loads.slip[chosen],
     )
     readings = recording.readings._replace(
         step=np.repeat(steps, len(disk)),

@@ -1,4 +1,4 @@
-"""Blunders with declared slip: its sign is wrong, or its columns were forgotten."""
+"""Blunders with declared slip: its sign is wrong, or its columns were forgotten, of steps that were sorted perhaps."""
 
 from collections.abc import Iterator
 from functools import partial
@@ -7,8 +7,8 @@ import numpy as np
 
 from prb3r.diagnosis.checks.setup.remedy import Mended, Remedy, parts_of, with_scaled, with_steps
 from prb3r.markdown import listed
-from prb3r.recording.let_go import slips_by_tension
-from prb3r.recording.plausibility import contradicted_slips, forgotten_slips
+from prb3r.recording.let_go import felt_changes, slips_by_tension
+from prb3r.recording.plausibility import FEWEST, contradicted_slips, forgotten_slips
 from prb3r.recording.recording import Recording
 
 SLIPS = "slip", "slip of a part"
@@ -28,6 +28,7 @@ def slip_blunders(recording: Recording) -> Iterator[Remedy]:
     if not recording.manipulator.follows_history:
         yield from _wrong_signs(recording)
         yield from _forgotten(recording)
+        yield from _sorted(recording)
 
 
 def _wrong_signs(recording: Recording) -> Iterator[Remedy]:
@@ -67,7 +68,28 @@ def _forgotten(recording: Recording) -> Iterator[Remedy]:
     yield Remedy(FORGOTTEN, blunder, "steps", partial(_with_slips, cables=absent))
 
 
-def _with_slips(recording: Recording, cables: list[str]) -> Mended:
-    """A recording in which the slip of some cables, by name, is declared as their tension says."""
+def _sorted(recording: Recording) -> Iterator[Remedy]:
+    """Steps of the way back that were sorted by tension among those of the way there, of cables without a column of
+    slip: of two steps with equal tensions the one or the other was let go."""
+    change, steps = felt_changes(recording), recording.steps
+    of_sequence, cables = recording.of_sequence, recording.manipulator.cable_names
+    falls = np.zeros((len(recording.sequences), len(cables)), bool)
+    np.logical_or.at(falls, of_sequence, change < 0)
+    absent = np.array([f"slip_{name}" not in steps for name in cables])
+    again = (change == 0).all(1) & ~recording.begins  # no cable is pulled otherwise than at the step before
+    held = again[:, None] & (recording.loads.tension > 0) & ~falls[of_sequence] & absent
+    if held.any(1).sum() < FEWEST:
+        return
+    names = [name for name, lacks in zip(cables, absent.tolist(), strict=True) if lacks]
+    for let_go, which in ((held, "second"), (np.roll(held, -1, axis=0), "first")):
+        blunder = f"steps were sorted by tension without a column of slip: of two alike the {which} was let go"
+        yield Remedy("steps sorted", blunder, "steps", partial(_with_slips, cables=names, let_go=let_go))
+
+
+def _with_slips(recording: Recording, cables: list[str], let_go: np.ndarray | None = None) -> Mended:
+    """A recording in which the slip of some cables, by name, is declared as their tension says, and as paid out where
+    they were `let_go` (s, m), a mask."""
     slip, place = slips_by_tension(recording), recording.manipulator.cable_names
+    if let_go is not None:
+        slip = np.where(let_go, 1, slip)
     return with_steps(recording, recording.steps.assign(**{f"slip_{c}": slip[:, place.index(c)] for c in cables}))
