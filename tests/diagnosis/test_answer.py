@@ -198,6 +198,9 @@ def test_nobody_is_told_to_use_what_is_unexplained():
         said = what_to_do(replace(found, structured=structured))
         assert "no name and no number" in said
         assert ".toml" not in said
+    lone = replace(found.mismatch, sequences=("down",), depends_on=("sequence",))
+    for mismatch in (lone, replace(lone, sequences=("down", "in")), replace(lone, depends_on=("step",))):
+        assert ("Leave out sequence down" in what_to_do(replace(found, mismatch=mismatch))) == (mismatch is lone)
     lines = summary_lines(found)
     reason = next(k for k, line in enumerate(lines) if line.startswith("- unexplained, since"))
     assert all(reason < k for k, line in enumerate(lines) if line.startswith("- in part"))

@@ -201,11 +201,14 @@ def _open_question(effect: NamedEffect) -> str:
 
 def _where_unexplained(diagnosis: Diagnosis) -> str:
     """What to do where the verdict is that something is left."""
-    first = (
-        "Read more where the mismatch sits, at loads between the recorded ones and on the way back"
-        if diagnosis.structured
-        else "Settle first why it is unexplained"
-    )
+    first, where = "Settle first why it is unexplained", diagnosis.mismatch
+    if diagnosis.structured:
+        first = "Read more where the mismatch sits, at loads between the recorded ones and on the way back"
+        if len(where.sequences) == 1 and "sequence" in where.depends_on:
+            first = (
+                f"Leave out sequence {where.sequences[0]}: if the others are explained without it, look for what was "
+                f"different there. Else r{first[1:]}"
+            )
     return (
         f"{first}, and diagnose again. Until then use no name and no number of this diagnosis elsewhere; prb3r predict "
         "takes from it what predicts best, with bands as wide as what is missed here; other loads may miss by more."

@@ -26,7 +26,7 @@ IN_PART = (
 )
 """What is said before effects that are named in part."""
 
-MUCH_NOISE = 2.0
+MUCH_NOISE = 1.25
 """Factor on the stated noise from which on it is said beside chi-square, which is in units of the noise that was
 found."""
 
