@@ -78,8 +78,7 @@ def _without_shown_blunders(task: Task, report: Report, apply: Apply) -> SetUp:
     blunders = blunders_of(task.recording, task.settings, apply)
     if not blunders or blunders[-1].sure:
         searched = to_search(mended_task(task, blunders), report, apply)
-        again = _where_mending_moves_nothing(task, searched, blunders[:-1], apply) if blunders else None
-        return SetUp(again, blunders[:-1]) if again else SetUp(searched, blunders)
+        return _without_idle(task, searched, blunders, apply) or SetUp(searched, blunders)
     sure = blunders[: next(k for k, blunder in enumerate(blunders) if not blunder.sure)]
     as_it_is, said = to_test(mended_task(task, sure), report, apply), sure
     report("search")
@@ -96,25 +95,25 @@ def _without_shown_blunders(task: Task, report: Report, apply: Apply) -> SetUp:
         if not _speaks(other, searched, blunder):
             rival = is_rival(_weighed(other), _weighed(searched))
             return SetUp(searched, said, blunder, other) if rival else SetUp(searched, said)
-        if again := _where_mending_moves_nothing(task, other, said, apply):
-            searched = again
-            break
+        if fewer := _without_idle(task, other, blunders[:count], apply):
+            return fewer
         searched, said = other, blunders[:count]
         if not other.choice.structured:
             break
     return SetUp(searched, said)
 
 
-def _where_mending_moves_nothing(
-    task: Task, mended: Searched, before: tuple[Blunder, ...], apply: Apply
-) -> Searched | None:
-    """The effects chosen with only the blunders `before` mended, begun from those found with one more `mended`; None if
-    mending that one changes a prediction with these."""
-    as_noted, fitted = mended_task(task, before), mended.choice.fitted
-    if not moves_nothing(fitted_part(as_noted.recording, mended.tested.doubted.aside), fitted):
-        return None
-    found = adjusted(as_noted.recording.manipulator, fitted.constants, fitted.effects)
-    return to_search(replace(as_noted, start_from=found), lambda stage: None, apply)
+def _without_idle(task: Task, mended: Searched, blunders: tuple[Blunder, ...], apply: Apply) -> SetUp | None:
+    """The effects chosen with as few of the first `blunders` mended as leave every prediction with the effects found
+    with all of them `mended`, begun from these effects; None if mending the last one changes a prediction."""
+    fitted, aside = mended.choice.fitted, mended.tested.doubted.aside
+    for count in range(len(blunders)):
+        as_noted = mended_task(task, blunders[:count])
+        if moves_nothing(fitted_part(as_noted.recording, aside), fitted):
+            found = adjusted(as_noted.recording.manipulator, fitted.constants, fitted.effects)
+            searched = to_search(replace(as_noted, start_from=found), lambda stage: None, apply)
+            return SetUp(searched, blunders[:count])
+    return None
 
 
 def _both_begun(

@@ -24,7 +24,7 @@ from prb3r.diagnosis import investigate as around
 from prb3r.diagnosis.blunders import without_blunders
 from prb3r.diagnosis.check import check
 from prb3r.diagnosis.checks.setup.factors import factor_blunders
-from prb3r.diagnosis.checks.setup.find import Blunder, blunders_of, find_blunder
+from prb3r.diagnosis.checks.setup.find import Blunder, blunder_by, blunders_of, find_blunder
 from prb3r.diagnosis.checks.setup.weigh import is_left_behind, moves_nothing, speaks_for
 from prb3r.diagnosis.fit.calibrate import fit_constants
 from prb3r.diagnosis.fit.covariance import NoiseLevel
@@ -300,3 +300,21 @@ def test_a_recording_with_a_clear_blunder_is_not_searched_to_the_end_as_it_is(mo
     assert blunder.blunder == "cables 1 and 4 are exchanged"
     assert found.choice.kinds == {"weakened_plate"}
     assert [limit for as_it_is, limit in limits if as_it_is] == [np.inf]
+
+
+def test_of_blunders_that_move_nothing_together_none_is_said(monkeypatch):
+    """Weights of a cable that transmits nothing: with constants alone, those of a sequence would be as good as none."""
+    dead = recorded(Case(hidden=((("kind", "dead_cable"), ("cable", "1")),)))
+    rows = [dead.of_sequence == number for number in range(len(dead.sequences))]
+    pulled = [name for name, own in zip(dead.sequences, rows, strict=True) if dead.loads.tension[own, 0].any()]
+    settings, found, mended = Settings(), [], dead
+    for name in pulled[:2]:
+        among = [way for way in factor_blunders(mended, [name]) if "of cable 1 " in way.blunder]
+        found.append(replace(blunder_by(among[0], mended, among, settings), plain=True))
+        mended = found[-1].mended
+    assert len(found) == 2
+    monkeypatch.setattr(weighed, "blunders_of", lambda *_: tuple(found))
+    searched, blunders, *_ = without_blunders(Task(dead, without=RUBBING | YIELDING), lambda stage: None, serially)
+    assert blunders == ()
+    assert searched.choice.kinds == {"dead_cable"}
+    np.testing.assert_array_equal(searched.tested.doubted.recording.loads.tension, dead.loads.tension)
