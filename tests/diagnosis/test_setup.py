@@ -21,6 +21,7 @@ from diagnosis.planted import (
 )
 from diagnosis.simulated import Case, diagnosed, recorded
 
+from prb3r import predict
 from prb3r.diagnosis.checks.setup.attempt import attempt_on
 from prb3r.diagnosis.checks.setup.cables import cable_blunders
 from prb3r.diagnosis.checks.setup.find import blunders_of, find_blunder, remedies, trials
@@ -235,6 +236,9 @@ def test_a_blunder_is_said_first_and_mended_beside_the_report(tmp_path):
     write_record(diagnosis, tmp_path)
     setup = json.loads((tmp_path / "diagnosis.json").read_text())["setup"]
     assert [entry["mended"] for entry in setup] == ["mended/steps.csv"]
+    predicted = predict(tmp_path, right.manipulator, right.steps[:2], draws=40)
+    (said,) = [remark for remark in predicted.remarks if remark.startswith("loads are taken as they are given here")]
+    assert said.endswith("as if cables 1 and 4 are exchanged")
     again = load_recording(tmp_path / "mended")
     np.testing.assert_allclose(again.loads.tension, right.loads.tension)
     np.testing.assert_allclose(again.readings.value, right.readings.value)

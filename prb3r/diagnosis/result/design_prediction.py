@@ -57,6 +57,8 @@ _RECORDED = (
 _OF_WHAT_STAYS = (
     "of what stays with the recorded rig the prediction has what the design's file states, and its bands nothing"
 )
+_AS_GIVEN = "loads are taken as they are given here; those of the recording were mended, since it looks as if {}"
+"""What is said of loads where the diagnosis found blunders in those of the recording."""
 WHAT_TO_GIVE = "give the folder that prb3r diagnose wrote, or its diagnosis.json"
 """What messages ask for in the place of a diagnosis."""
 
@@ -120,6 +122,8 @@ def predict_design(
         return DesignPrediction(central, left, tuple(remarks), None)
     if left:
         remarks.append(_OF_WHAT_STAYS)
+    if known.mended_loads:
+        remarks.append(_AS_GIVEN.format("; and as if ".join(known.mended_loads)))
     recorded, rng = design.recorded, np.random.default_rng([seed, 1])
     common = common_stiffness_sd(posterior.manipulator, design.given, posterior.tolerance)
     # loads depend on cables, plates and the worth of a kilogram, which are the design's: the same for every rig

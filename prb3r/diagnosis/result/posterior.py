@@ -157,6 +157,8 @@ class Posterior(Strict):
     """Nominal; mended, where the file of the recording had blunders."""
     as_filed: Manipulator | None = None
     """As the file of the recording has it, where the diagnosis mended it; else absent."""
+    mended_loads: list[str] = []
+    """Blunders in the steps of the recording that the diagnosis mended, in words that follow "as if"."""
     tolerance: Tolerance = Tolerance()
     """How exactly rigs of its making are made."""
     models: list[ModelPosterior]

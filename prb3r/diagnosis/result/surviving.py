@@ -45,6 +45,7 @@ def posterior_of(investigation: Investigation) -> Posterior:
     return Posterior(
         manipulator=recording.manipulator,
         as_filed=investigation.as_filed,
+        mended_loads=[blunder.blunder for blunder in investigation.blunders if blunder.file == "steps"],
         tolerance=recording.tolerance,
         models=models,
         reported=_alone(*best_of_rig(investigation)) if unexplained else None,
