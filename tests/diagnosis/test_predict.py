@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from diagnosis.learnt import STEPS, run
-from diagnosis.simulated import MU, PROGRAM, WEAK, E, diagnosed, manipulator, steps_of
+from diagnosis.simulated import MU, PROGRAM, WEAK, Case, E, diagnosed, manipulator, steps_of
 
 from prb3r import SpecError, load_manipulator, predict, solve
 from prb3r.diagnosis.fit.constants import Constants
@@ -57,6 +57,17 @@ def test_another_number_of_plates_carries_material_and_leaves_the_fault_behind(w
     assert learnt.youngs_modulus_pa == pytest.approx(constants["youngs_modulus_pa"].explained)
     assert learnt.friction.coefficient == pytest.approx(constants["friction_coefficient"].explained)
     assert (solve(learnt, STEPS)["outcome"] == "converged").all()
+
+
+@pytest.mark.long
+def test_of_pulleys_it_is_said_that_their_loss_carries_over():
+    rubbing = {"kind": "pulley_friction", "efficiency": 0.8}
+    lossy = diagnosed(Case(hidden=(tuple(rubbing.items()),), program="reversing"))
+    assert [effect.kind for effect in lossy.effects] == ["pulley_friction"]
+    rig = manipulator()
+    sister = rig | {"segment": [segment | {"plates": 4} for segment in rig["segment"]]}
+    said = [[remark for remark in predict(lossy, each).remarks if "pulleys" in remark] for each in (rig, sister)]
+    assert [len(remarks) for remarks in said] == [0, 1]
 
 
 def test_plates_of_known_bending_stiffness_get_the_same_factor(weak_rig):

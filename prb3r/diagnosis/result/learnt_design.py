@@ -16,6 +16,7 @@ from prb3r.diagnosis.result.transfer import carried_effects, nominal_left_behind
 from prb3r.diagnosis.settings import Settings
 from prb3r.markdown import listed
 from prb3r.model.effects.base import Effect
+from prb3r.model.effects.friction import PulleyFriction
 from prb3r.model.effects.plates import PlateRelaxation
 from prb3r.model.manipulator import Manipulator
 from prb3r.model.step_checks import TIME
@@ -28,6 +29,12 @@ class Learnt(NamedTuple):
     manipulator: Manipulator
     left_behind: tuple[str, ...]
     """Effects and constants that do not carry over, each with its reason."""
+
+
+_PULLEYS = (
+    "the loss of all pulleys or sheaths carries over: take pulley_friction out of the file where this rig has others"
+)
+"""What is said of a design that is another rig than the recorded one."""
 
 
 @dataclass(frozen=True)
@@ -102,6 +109,10 @@ class LearntDesign:
         """What is supposed of the design and of its loads, a sentence each."""
         effects = self.of(self.posterior.named).manipulator.effect
         remarks = [*supposed(effects), *starting_anew(effects)]
+        if not self.recorded and any(
+            isinstance(effect, PulleyFriction) and effect.cables is None for effect in effects
+        ):
+            remarks.append(_PULLEYS)
         if not self.timed and any(effect.needs_times for model in self.posterior.models for effect in model.effects):
             said = f"loads have no {TIME} here: friction that goes by the rate is taken as it is at its reference rate"
             remarks.insert(0, said)
