@@ -280,8 +280,8 @@ def test_a_blunder_must_still_show_beside_what_explains_the_mended_recording(wea
     shown = iter([hidden, later and replace(hidden, blunder=later)])
     monkeypatch.setattr(around, "find_blunder", lambda *_, **__: next(shown))
     unexplained = replace(check(weak), verdict="unexplained")
-    monkeypatch.setattr(around, "search", lambda *_: weak)
-    found, blunders = around.beside_effects(Task(recorded()), unexplained, (), serially)
+    monkeypatch.setattr(around, "searched_as", lambda *_: weak)
+    found, blunders = around.beside_effects(Task(recorded()), weak, unexplained, (), serially)
     assert blunders == ((hidden,) if later in ("the same", "what looked the same") else ())
     assert (found is unexplained) == (not blunders)
 

@@ -109,9 +109,8 @@ class LearntDesign:
         """What is supposed of the design and of its loads, a sentence each."""
         effects = self.of(self.posterior.named).manipulator.effect
         remarks = [*supposed(effects), *starting_anew(effects)]
-        if not self.recorded and any(
-            isinstance(effect, PulleyFriction) and effect.cables is None for effect in effects
-        ):
+        learnt = self.posterior.named.effects
+        if not self.recorded and any(isinstance(each, PulleyFriction) and each.cables is None for each in learnt):
             remarks.append(_PULLEYS)
         if not self.timed and any(effect.needs_times for model in self.posterior.models for effect in model.effects):
             said = f"loads have no {TIME} here: friction that goes by the rate is taken as it is at its reference rate"
