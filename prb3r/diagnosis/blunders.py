@@ -19,7 +19,6 @@ from prb3r.diagnosis.search.selection import Choice
 from prb3r.diagnosis.settings import Settings
 from prb3r.diagnosis.stages import (
     Report,
-    fitted_part,
     leaves_something,
     search,
     searched_as,
@@ -106,10 +105,10 @@ def _without_shown_blunders(task: Task, report: Report, apply: Apply) -> SetUp:
 def _without_idle(task: Task, mended: Searched, blunders: tuple[Blunder, ...], apply: Apply) -> SetUp | None:
     """The effects chosen with as few of the first `blunders` mended as leave every prediction with the effects found
     with all of them `mended`, begun from these effects; None if mending the last one changes a prediction."""
-    fitted, aside = mended.choice.fitted, mended.tested.doubted.aside
+    fitted, all_mended = mended.choice.fitted, mended_task(task, blunders).recording
     for count in range(len(blunders)):
         as_noted = mended_task(task, blunders[:count])
-        if moves_nothing(fitted_part(as_noted.recording, aside), fitted):
+        if moves_nothing(as_noted.recording, all_mended, fitted):
             found = adjusted(as_noted.recording.manipulator, fitted.constants, fitted.effects)
             searched = to_search(replace(as_noted, start_from=found), lambda stage: None, apply)
             return SetUp(searched, blunders[:count])

@@ -1,6 +1,7 @@
 """Blunders of the set-up and physics: neither is taken for the other, beside each other both are told."""
 
 from dataclasses import replace
+from functools import partial
 from types import SimpleNamespace
 
 import numpy as np
@@ -165,11 +166,11 @@ def test_a_mending_moves_nothing_where_its_cable_is_dead(dead):
     right, turned = dead
     searched = to_search(Task(turned), lambda stage: None, serially)
     assert searched.choice.kinds == {"dead_cable"}
-    fitted, aside = searched.choice.fitted, searched.tested.doubted.aside
-    fitted_of = [k for k in range(len(right.sequences)) if k not in aside]
-    others = (PLANTED["offset_m of cable 3 has the wrong sign"], mirrored)
-    assert moves_nothing(right.only(fitted_of), fitted)
-    assert not any(moves_nothing(blunder(right).only(fitted_of), fitted) for blunder in others)
+    fitted, (aside, *_) = searched.choice.fitted, searched.tested.doubted.aside
+    unseen = partial(backward, name=right.sequences[aside])
+    others = (PLANTED["offset_m of cable 3 has the wrong sign"], mirrored, unseen)
+    assert moves_nothing(right, turned, fitted)
+    assert not any(moves_nothing(blunder(right), turned, fitted) for blunder in others)
 
 
 @pytest.mark.parametrize("sure", [False, True])

@@ -77,12 +77,12 @@ def is_left_behind(mended: Fit, doubts: Doubts, as_it_is: Choice) -> bool:
     return refitted is not None and refitted.reduced > settings.blunder_fall * fitted.reduced
 
 
-def moves_nothing(as_noted: Recording, fitted: Fit) -> bool:
-    """Whether mending has no consequence: a model fitted to the mended recording has the same misfit of every reading
-    of the recording `as_noted`."""
-    theirs = fitted.model.predict
-    ours = predictor(as_noted, theirs.settings)
-    if as_noted.readings.count != theirs.recording.readings.count:
+def moves_nothing(as_noted: Recording, mended: Recording, fitted: Fit) -> bool:
+    """Whether mending has no consequence: with what was fitted to the `mended` recording every reading of that, and of
+    the recording `as_noted`, has the same misfit, also in the sequences that were set aside."""
+    if as_noted.readings.count != mended.readings.count:
         return False
-    left = [predict.misfit(predict(fitted.constants, fitted.effects)) for predict in (ours, theirs)]
-    return bool(np.all(np.abs(left[0] - left[1]) < ALIKE_SD * reading_sd(theirs.recording)))
+    predictors = [predictor(recording, fitted.model.settings) for recording in (as_noted, mended)]
+    before, after = (predict.misfit(predict(fitted.constants, fitted.effects)) for predict in predictors)
+    lost = np.isnan(before) & np.isnan(after)
+    return bool(np.all(lost | (np.abs(before - after) < ALIKE_SD * reading_sd(mended))))
