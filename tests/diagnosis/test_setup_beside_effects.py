@@ -167,7 +167,7 @@ def test_a_mending_moves_nothing_where_its_cable_is_dead(dead):
     searched = to_search(Task(turned), lambda stage: None, serially)
     assert searched.choice.kinds == {"dead_cable"}
     fitted, (aside, *_) = searched.choice.fitted, searched.tested.doubted.aside
-    unseen = partial(backward, name=right.sequences[aside])
+    unseen = partial(mirrored, sequences=(right.sequences[aside],))
     others = (PLANTED["offset_m of cable 3 has the wrong sign"], mirrored, unseen)
     assert moves_nothing(right, turned, fitted)
     assert not any(moves_nothing(blunder(right), turned, fitted) for blunder in others)
