@@ -10,6 +10,7 @@ from diagnosis.planted import (
     FORGOTTEN_SLIPS,
     PLANTED,
     backward,
+    in_kilograms,
     late,
     mirrored,
     misnoted,
@@ -319,3 +320,13 @@ def test_of_blunders_that_move_nothing_together_none_is_said(monkeypatch):
     assert blunders == ()
     assert searched.choice.kinds == {"dead_cable"}
     np.testing.assert_array_equal(searched.tested.doubted.recording.loads.tension, dead.loads.tension)
+
+
+def test_a_blunder_that_no_fit_has_seen_is_said():
+    """Mended, the sequence is set aside; as it is noted it hardly pulls, and another one is."""
+    right = recorded(Case(hidden=()))
+    (aside, *_) = to_test(Task(right), lambda stage: None, serially).doubted.aside
+    name = right.sequences[aside]
+    searched, blunders, *_ = without_blunders(Task(in_kilograms(right, name)), lambda stage: None, serially)
+    assert [said.blunder for said in blunders] == [f"weights of sequence {name} noted as newtons are kilograms"]
+    assert searched.choice.kinds == frozenset()
