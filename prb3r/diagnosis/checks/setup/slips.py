@@ -1,4 +1,4 @@
-"""Blunders with declared slip: its sign is wrong, or its columns were forgotten, of steps that were sorted perhaps."""
+"""Blunders with declared slip: its sign is wrong, its columns were forgotten, or steps were sorted without them."""
 
 from collections.abc import Iterator
 from functools import partial

@@ -85,7 +85,7 @@ def unit_blunders(recording: Recording) -> Iterator[Remedy]:
 
 
 def _halves(pulled: list[str]) -> Iterator[Remedy]:
-    """The remedies of tensions that are half or twice of what pulled, in one of the columns `pulled` or in all: a scale
+    """The remedies of tensions that are half or twice what pulled, in one of the columns `pulled` or in all: a scale
     on one end of a loop, or a weight on a movable pulley."""
     places = [("share of a tension", [name]) for name in pulled if len(pulled) > 1]
     places += [(ALL_LEVERS, pulled)] if pulled else []
