@@ -18,7 +18,7 @@ from prb3r.diagnosis.checks.setup.attempt import Attempt, attempt_on
 from prb3r.diagnosis.checks.setup.cables import cable_blunders
 from prb3r.diagnosis.checks.setup.factors import MISNOTED, factor_blunders, finer
 from prb3r.diagnosis.checks.setup.hung import hung_blunders
-from prb3r.diagnosis.checks.setup.lengths import length_blunders
+from prb3r.diagnosis.checks.setup.lengths import THICKNESS, length_blunders
 from prb3r.diagnosis.checks.setup.order import EXCHANGED_STEPS, order_blunders, step_blunders
 from prb3r.diagnosis.checks.setup.pictures import picture_blunders
 from prb3r.diagnosis.checks.setup.remedy import File, Remedy
@@ -177,7 +177,8 @@ def least_of_kinds(among: Sequence[Remedy], settings: Settings, doubted: Sequenc
     `Settings.faint_blunder` suffices if there is other evidence for the blunder: exchanged steps are only tried where
     the weights of both steps contradict their readings, or where these steps alone are not predicted.  Weights of a
     sequence are only tried where it is not predicted, and need this for each of the factors that can be told, as chance
-    chooses among these.
+    chooses among these.  Thicknesses need that much more, as a mistaken unit, which looks nearly the same, is more
+    frequent.
 
     Parameters
     ----------
@@ -186,6 +187,8 @@ def least_of_kinds(among: Sequence[Remedy], settings: Settings, doubted: Sequenc
     places = Counter(remedy.kind for remedy in among)
     least = {kind: float(np.log(len(places) * count / settings.blunder_rate)) for kind, count in places.items()}
     least |= {kind: settings.faint_blunder for kind in (EXCHANGED_STEPS, *doubted) if kind in places}
+    if THICKNESS in places:
+        least[THICKNESS] += settings.faint_blunder
     if MISNOTED in places:
         least[MISNOTED] = settings.faint_blunder + float(np.log(settings.factors_told * places[MISNOTED]))
     return least

@@ -8,6 +8,9 @@ from prb3r.diagnosis.checks.setup.remedy import Remedy, with_manipulator
 from prb3r.model.manipulator import Manipulator
 from prb3r.recording.recording import Recording
 
+THICKNESS = "thickness"
+"""Kind of the remedies that double or halve the thickness of all plates."""
+
 
 def length_blunders(recording: Recording) -> Iterator[Remedy]:
     """The remedies of all blunders with lengths that a recording could hold; none where disks have no thickness, or
@@ -38,7 +41,7 @@ def _thicknesses(recording: Recording) -> Iterator[Remedy]:
             for segment in manipulator.segment
         ]
         mend = partial(with_manipulator, manipulator=manipulator.model_copy(update={"segment": thicker}))
-        yield Remedy("lengths", f"thickness_m of every segment is {words} what it should be", "manipulator", mend)
+        yield Remedy(THICKNESS, f"thickness_m of every segment is {words} what it should be", "manipulator", mend)
 
 
 def _lengthened(manipulator: Manipulator, change: float) -> Manipulator:
