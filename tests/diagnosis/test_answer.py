@@ -262,3 +262,10 @@ def test_effects_none_of_which_is_sure_are_said_to_be_looked_for():
     )
     found.verdict = "adequate"
     assert "no effect is sure enough to be added, though some effect is likely there (81 %)" in what_to_do(found)
+
+
+def test_chi_square_is_said_to_be_under_the_noise_that_was_found_where_that_is_another():
+    found = diagnosed()
+    for scale, said in ((1.2, False), (1.4, True)):
+        lines = summary_lines(replace(found, noise=found.noise._replace(scale=scale)))
+        assert any("under 1.4 times the stated noise" in line for line in lines) == said

@@ -21,7 +21,7 @@ SCALES = (
     (0.5, "twice"),
 )
 """Factors that mend positions in a wrong unit or by a wrong scale bar, and what the positions then are, in words before
-"what they should be"."""
+"what they should be".  Choice: factors of 100 and more are refused when a recording is read."""
 
 
 def picture_blunders(recording: Recording, settings: Settings) -> Iterator[Remedy]:
