@@ -7,6 +7,7 @@ import pytest
 from diagnosis.simulated import recorded
 
 from prb3r.diagnosis.checks.setup.find import least_of_kinds, remedies
+from prb3r.diagnosis.checks.setup.lengths import THICKNESS
 from prb3r.diagnosis.settings import Settings
 
 
@@ -29,4 +30,6 @@ def test_one_of_all_blunders_is_said_by_chance_in_no_more_than_the_rate_asked_fo
     least = least_of_kinds(among, settings)
     of_kind = {kind: sum(np.exp(-least[kind]) for other in among if other.kind == kind) for kind in least}
     assert sum(of_kind.values()) == pytest.approx(settings.blunder_rate)
+    thick = of_kind.pop(THICKNESS)
     assert len(set(np.round(list(of_kind.values()), 12))) == 1
+    assert max(of_kind.values()) / thick == pytest.approx(20.0, rel=0.01)  # odds, "strong" (Kass and Raftery)

@@ -173,22 +173,22 @@ def least_of_kinds(among: Sequence[Remedy], settings: Settings, doubted: Sequenc
     """Log likelihood ratio that a remedy of each kind needs, such that the false-alarm rate of all is
     `Settings.blunder_rate`.
 
-    The rate is divided evenly among the kinds of blunders, and among the remedies of each kind.
+    The rate is divided evenly among the kinds of blunders, and among the remedies of each kind; thicknesses get less by
+    odds of `Settings.faint_blunder`, as a mistaken unit, which looks nearly the same, is more frequent.
     `Settings.faint_blunder` suffices if there is other evidence for the blunder: exchanged steps are only tried where
     the weights of both steps contradict their readings, or where these steps alone are not predicted.  Weights of a
     sequence are only tried where it is not predicted, and need this for each of the factors that can be told, as chance
-    chooses among these.  Thicknesses need that much more, as a mistaken unit, which looks nearly the same, is more
-    frequent.
+    chooses among these.
 
     Parameters
     ----------
     doubted : kinds of blunders with slip that the changes of tensions speak for (:func:`doubted_slips`).
     """
     places = Counter(remedy.kind for remedy in among)
-    least = {kind: float(np.log(len(places) * count / settings.blunder_rate)) for kind, count in places.items()}
+    share = {kind: np.exp(-settings.faint_blunder) if kind == THICKNESS else 1.0 for kind in places}
+    rate = {kind: settings.blunder_rate * share[kind] / sum(share.values()) for kind in places}
+    least = {kind: float(np.log(count / rate[kind])) for kind, count in places.items()}
     least |= {kind: settings.faint_blunder for kind in (EXCHANGED_STEPS, *doubted) if kind in places}
-    if THICKNESS in places:
-        least[THICKNESS] += settings.faint_blunder
     if MISNOTED in places:
         least[MISNOTED] = settings.faint_blunder + float(np.log(settings.factors_told * places[MISNOTED]))
     return least
