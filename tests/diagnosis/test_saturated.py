@@ -148,6 +148,8 @@ def test_plates_that_soften_until_something_stops_them_are_found_together(doubte
     assert both.model.hypotheses == (law, stop)
     alone = [fit(fitted.model.adding(each), np.append(fitted.p, each.starts(0.0)[0])) for each in (law, stop)]
     assert min(each.chi2 for each in alone if each) > 3 * both.chi2
+    strict = replace(fitted.model.settings, saturated_leaves=0.1)
+    assert paired(replace(fitted, model=replace(fitted.model, settings=strict)), few) == []
 
 
 @pytest.fixture

@@ -23,7 +23,11 @@ STOPPING = frozenset({"disk_contact", "notch_closing"})
 
 
 def paired(calibrated: Fit, search: Search) -> list[Fit]:
-    """The best fit of every softening law together with every stop and constants; none of pairs without a fit."""
+    """The best fit of every softening law together with every stop and constants.
+
+    Left out are pairs without a fit, and those that leave most of the chi-square of the constants alone
+    (`Settings.saturated_leaves`).
+    """
     tasks = [(calibrated, pair) for pair in softening_to_a_stop(search.library)]
     return [fitted for fitted in search.apply(_best_of_pair, tasks) if fitted is not None]
 
@@ -37,11 +41,16 @@ def softening_to_a_stop(library: Sequence[Hypothesis]) -> Iterator[tuple[Hypothe
 
 
 def _best_of_pair(task: tuple[Fit, tuple[Hypothesis, Hypothesis]]) -> Fit | None:
-    """The best fit of a pair: a few steps from every combination of starts, then full fits from the best of these."""
+    """The best fit of a pair: a few steps from every combination of starts, then full fits from the best of these.
+
+    None without a fit, or if the few steps leave most of the chi-square of the constants alone.
+    """
     calibrated, pair = task
     model, friction = replace(calibrated.model, hypotheses=pair), calibrated.model.friction(calibrated.p)
     starts = [np.concatenate([calibrated.p, *u]) for u in product(*(effect.starts(friction) for effect in pair))]
     begun = _fitted(model, starts, model.settings.pair_steps)
+    if not begun or begun[0].chi2 >= model.settings.saturated_leaves * calibrated.chi2:
+        return None
     lowest = [fitted.p for fitted in begun[: model.settings.pair_starts]]
     return next(iter(_fitted(model, lowest)), None)
 

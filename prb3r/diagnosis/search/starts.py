@@ -42,7 +42,8 @@ def search_effects(
     2. All common effects at once, unless they leave most of the chi-square of the constants.  Left out if the search
        from 1 explains the recording with few effects.
     3. If neither explains it: the fits of backward elimination from all common effects.
-    4. If much is still unexplained: plates that soften until something stops them.  Left out if `least_worth` is given.
+    4. If much is still unexplained: plates that soften until something stops them, unless they leave most of the
+       chi-square of the constants.  Left out if `least_worth` is given.
 
     If a prediction is slow, the constants alone are the only start beside 1, tried if 1 does not explain the recording.
     The search then goes on from the best result by exchanging effects, with the best models of the other starts in its
@@ -100,8 +101,9 @@ def _from_all_starts(beginning: "_Beginning", least_worth: float, begun: "_Resul
     full = results[-1].started_from if len(results) == 2 else None
     if full is not None and not any(result.explains for result in results):
         results.append(_from_known(beginning, *eliminated(full, search)))
-    if least_worth == -np.inf and all(result.best.reduced > calibrated.model.settings.gross for result in results):
-        results.append(_from_known(beginning, *paired(calibrated, search)))
+    unexplained = all(result.best.reduced > calibrated.model.settings.gross for result in results)
+    if least_worth == -np.inf and unexplained and (pairs := paired(calibrated, search)):
+        results.append(_from_known(beginning, *pairs))
     return results
 
 

@@ -25,8 +25,9 @@ class SearchSettings:
     saturated_shares: tuple[float, ...] = (0.25, 0.4, 0.55, 0.7, 0.85)
     """Shares of the largest loads up to which readings are fitted with all of them, in this order.  Choice."""
     saturated_leaves: float = 0.5
-    """Share of the chi-square of the constants that all common effects together must fall below to be searched on
-    from: where all explain next to nothing, as where cables are exchanged, no part of them does.  Choice, for time."""
+    """Share of the chi-square of the constants that all common effects together, or a law of bending and a stop after
+    `pair_steps`, must fall below to be searched on from: where all explain next to nothing, as where cables are
+    exchanged, no part of them does.  Choice, for time."""
     pair_steps: int = 4
     """Steps of a fit from each pair of sizes at which a law of bending and a stop are tried.  Choice, for time: on a
     simulated notched wrist the best end is the same after 8."""
