@@ -71,7 +71,11 @@ def diagnose_together(
     common, investigations = common_of(together, names), []
     for (searched, blunders, rival, _), joined, name in zip(searches, together.joined, names, strict=True):
         report(f"check of {name}")
-        doubted = replace(searched.tested.doubted, search=joined.search)
+        recording = replace(
+            searched.tested.doubted.recording,
+            modulus_of_several=joined.choice.fitted.model.recording.modulus_of_several,
+        )
+        doubted = replace(searched.tested.doubted, search=joined.search, recording=recording)
         checked = check(Searched(replace(searched.tested, doubted=doubted), joined.choice), rival)
         said = f"diagnosed together with {listed(quoted([other for other in names if other != name]))}"
         shares = any(name in parameter.recordings for parameter in common.shared)

@@ -190,6 +190,9 @@ class Recording:
     """Sentences on what was repaired, counted or reinterpreted when the recording was read."""
     serial_noise: SerialNoise = NO_SERIAL_NOISE
     """Noise of the readings of a log that lasts from one step to the next."""
+    modulus_of_several: bool = False
+    """Whether Young's modulus is that of several rigs (`--together`): the thickness of an only segment as a whole,
+    which a rig by itself cannot tell from its modulus, then is a tolerance of its own."""
     as_read: np.ndarray | None = None
     """(s,) row that each step had in the table as read, where steps were left out; absent: none were."""
 

@@ -108,6 +108,22 @@ def test_the_interval_beside_an_effect_is_that_of_all_recordings():
 
 
 @pytest.mark.long
+def test_sheets_of_other_thickness_within_tolerance_are_no_other_modulus():
+    """The thick rig is as stiff as of a modulus 4 % higher: the stiffness of either rig has 3 * 0.5 % of its own."""
+    rigs = recorded_sister("short"), recorded_sister("thick", 1.04 * TRUE_E, TRUE_MU)
+    rough = rigs[0].tolerance.model_copy(update={"thickness_relative": 0.005})
+    found = joined.diagnose_together([Task(replace(recording, tolerance=rough)) for recording in rigs])
+    stiffness = shared(found)["", "youngs_modulus_pa"]
+    assert stiffness.agrees
+    assert stiffness.probability > 0.5
+    assert all(each.high / each.low > np.exp(2 * 1.96 * 0.015) for each in stiffness.alone)
+    assert TRUE_E < stiffness.together.value < 1.04 * TRUE_E
+    for diagnosis in found.diagnoses:
+        assert diagnosis.verdict == "explained"
+        assert diagnosis.posterior.tells_thickness
+
+
+@pytest.mark.long
 def test_contradicting_stiffnesses_are_said_and_each_rig_keeps_its_own():
     found = together(modulus=1.25 * E)
     stiffness = shared(found)["", "youngs_modulus_pa"]

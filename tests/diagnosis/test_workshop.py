@@ -52,7 +52,8 @@ def test_a_band_is_as_wide_as_plates_made_each_and_in_segments_scatter(folder, s
 
 
 def test_what_no_recording_tells_from_the_modulus_is_in_the_bands():
-    """The thickness of an only segment: of the recorded rig, of the other one, of both."""
+    """The thickness of an only segment: of the recorded rig, unless others tell it apart, of the other one, of both."""
     one, two, known = made_of(6), made_of(3, 3), Tolerance(thickness_relative=ROUGH)
-    shares = [common_stiffness_sd(here, there, known) for here in (one, two) for there in (one, two)]
+    shares = [common_stiffness_sd(here, there, known, False) for here in (one, two) for there in (one, two)]
     assert shares == pytest.approx([3 * ROUGH * np.sqrt(2), 3 * ROUGH, 3 * ROUGH, 0.0])
+    assert common_stiffness_sd(one, one, known, True) == pytest.approx(3 * ROUGH)

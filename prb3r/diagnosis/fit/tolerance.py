@@ -97,29 +97,32 @@ def mechanical_tolerances_of(predict: Predictor, solved: Solution) -> list[Mecha
     """The tolerances that move the states of a recording: of all plates, and of the cables that it pulls."""
     recording = predict.recording
     pulled = np.asarray((recording.loads.tension > 0).any(0))
-    return list(mechanical_tolerances(recording.manipulator, recording.tolerance, solved.chain, pulled))
+    known, apart = recording.tolerance, recording.modulus_of_several
+    return list(mechanical_tolerances(recording.manipulator, known, solved.chain, pulled, apart))
 
 
 def mechanical_tolerances(
-    manipulator: Manipulator, known: Tolerance, chain: Chain, pulled: np.ndarray
+    manipulator: Manipulator, known: Tolerance, chain: Chain, pulled: np.ndarray, apart: bool = False
 ) -> Iterator[MechanicalTolerance]:
     """The tolerances of stiffness and length, of a segment as a whole and of each plate, then of the offsets of cables.
 
-    An offset is off along the whole cable and at each plate.  The stiffness of an only segment is left out, as it is
-    Young's modulus, and what a segment of one plate has as a whole, as that is the plate's.
+    An offset is off along the whole cable and at each plate.  What a segment of one plate has as a whole is left out,
+    as that is the plate's.
 
     Parameters
     ----------
     known : the standard deviations.
     chain : chain of the manipulator, with effects.
     pulled : (m,) cables whose offsets count.
+    apart : whether the stiffness of an only segment is told apart from Young's modulus, as where several rigs share the
+        modulus; otherwise it is left out.
     """
     plates = np.arange(chain.plates)
     stiffness = THICKNESS_TO_STIFFNESS * known.thickness_relative
     for number, segment in enumerate(manipulator.segment, 1):
         rows, length = plates[chain.segment == number - 1], known.length(segment)
-        if len(manipulator.segment) > 1 and len(rows) > 1:
-            yield MechanicalTolerance(f"segment.{number} stiffness", stiffness, _stiffer(rows))
+        if (apart or len(manipulator.segment) > 1) and len(rows) > 1:
+            yield MechanicalTolerance(stiffness_of(number), stiffness, _stiffer(rows))
         if len(rows) > 1:
             yield MechanicalTolerance(f"segment.{number}.length_m", length, _longer(rows))
         for plate in rows:
@@ -132,6 +135,11 @@ def mechanical_tolerances(
             yield MechanicalTolerance(f"cable.{name}.offset_m", offset, _shifted(crossed, j))
         for plate in crossed:
             yield MechanicalTolerance(f"cable {name} at plate {plate + 1} offset_m", offset, _shifted(plate, j))
+
+
+def stiffness_of(segment: int) -> str:
+    """The name of the tolerance of the stiffness of a segment, counted from 1, as a whole."""
+    return f"segment.{segment} stiffness"
 
 
 def _stiffer(rows: np.ndarray) -> Callable[[Chain, float], Chain]:

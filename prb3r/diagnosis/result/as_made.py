@@ -99,7 +99,7 @@ def as_made(manipulator: Manipulator, off: Mapping[str, float]) -> Chain:
     """
     chain = manipulator.chain()
     pulled = np.ones(chain.offset.shape[1], bool)
-    parts = {part.name: part for part in mechanical_tolerances(manipulator, Tolerance(), chain, pulled)}
+    parts = {part.name: part for part in mechanical_tolerances(manipulator, Tolerance(), chain, pulled, apart=True)}
     for name, by in off.items():
         if name not in parts:
             raise SpecError(Problem(f"{manipulator.name} {name}", "no such part is off by a tolerance"))

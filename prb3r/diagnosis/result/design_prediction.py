@@ -125,7 +125,7 @@ def predict_design(
     if known.mended_loads:
         remarks.append(_AS_GIVEN.format("; and as if ".join(known.mended_loads)))
     recorded, rng = design.recorded, np.random.default_rng([seed, 1])
-    common = common_stiffness_sd(posterior.manipulator, design.given, posterior.tolerance)
+    common = common_stiffness_sd(posterior.manipulator, design.given, posterior.tolerance, posterior.tells_thickness)
     # loads depend on cables, plates and the worth of a kilogram, which are the design's: the same for every rig
     blocks = solve_in_blocks(central, steps)
     remarks += design.at_pace(blocks.table.pace_s)

@@ -12,6 +12,7 @@ import numpy as np
 
 from prb3r.diagnosis.fit.constants import Constants, friction_beside
 from prb3r.diagnosis.fit.spans import spans_of
+from prb3r.diagnosis.fit.tolerance import stiffness_of
 from prb3r.diagnosis.library.hypothesis import Free, Hypothesis
 from prb3r.diagnosis.result.as_made import PartsPosterior
 from prb3r.diagnosis.result.discrepancy import Discrepancy
@@ -188,6 +189,11 @@ class Posterior(Strict):
         alone = self.reported if same_geometry else elsewhere
         rest = dict.fromkeys(("reported", "carried", "on_bench"))
         return self.model_copy(update={"models": [alone], **rest}) if alone else self
+
+    @property
+    def tells_thickness(self) -> bool:
+        """Whether the thickness of an only segment is one of the parts, told apart from the modulus by other rigs."""
+        return any(model.parts is not None and stiffness_of(1) in model.parts.names for model in self.models)
 
     @property
     def rests_on_constants(self) -> bool:

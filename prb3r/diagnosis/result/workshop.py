@@ -27,12 +27,13 @@ def within_tolerances(
     return chain
 
 
-def common_stiffness_sd(here: Manipulator, there: Manipulator, tolerance: Tolerance) -> float:
+def common_stiffness_sd(here: Manipulator, there: Manipulator, tolerance: Tolerance, apart: bool) -> float:
     """Standard deviation of the ln of the stiffness of all plates of `there`, beside what the recording of `here` tells
     of Young's modulus.
 
     The thickness of an only segment as a whole cannot be told from the modulus: that of the recorded rig is in the
-    modulus that was found, and that of the other rig comes on top.
+    modulus that was found, unless other rigs tell it `apart`, and that of the other rig comes on top.
     """
-    only = sum(len(rig.segment) == 1 and rig.plates > 1 for rig in (here, there))
+    rigs = (there,) if apart else (here, there)
+    only = sum(len(rig.segment) == 1 and rig.plates > 1 for rig in rigs)
     return float(np.sqrt(only)) * THICKNESS_TO_STIFFNESS * tolerance.thickness_relative

@@ -17,7 +17,7 @@ from prb3r.diagnosis.evidence.renewal import level_under
 from prb3r.diagnosis.evidence.smooth_moments import chance_of_smooth_moments
 from prb3r.diagnosis.fit.joint import JointFit, JointModel
 from prb3r.diagnosis.fit.least_squares import fit, polished
-from prb3r.diagnosis.fit.model import Fit
+from prb3r.diagnosis.fit.model import Fit, Model
 from prb3r.diagnosis.library.groups import Groups
 from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.diagnosis.library.joint import CONSTANT_GROUPS, SHARED
@@ -91,7 +91,12 @@ def choose_together(alone: Sequence[Alone], groups: Groups) -> Together:
     """
     settings = alone[0].choice.fitted.model.settings
     rigs = tuple(replace(part.choice.fitted.model, hypotheses=()) for part in alone)
-    model = JointModel(rigs, shared_constants(rigs, groups))
+    shared = shared_constants(rigs, groups)
+    sisters = shared.get("log_stiffness", ())
+    rigs = tuple(
+        _of_sisters(part, rig) if k in sisters else rig for k, (part, rig) in enumerate(zip(alone, rigs, strict=True))
+    )
+    model = JointModel(rigs, shared)
     search = joint_search([part.search for part in alone], model, groups)
     known_apart = [part._replace(search=_own_search(part.search, k, search)) for k, part in enumerate(alone)]
     explored = _explore(model, search, known_apart)
@@ -103,6 +108,14 @@ def choose_together(alone: Sequence[Alone], groups: Groups) -> Together:
         fitted, survivors = _standing(explored.pool, fitted, joined)
         joined = _on_each(known_apart, explored, fitted, survivors)
     return Together(tuple(alone), groups, search, fitted, joined, survivors)
+
+
+def _of_sisters(alone: Alone, rig: Model) -> Model:
+    """The model of a rig without effects whose Young's modulus is also that of others, but whose thickness is its
+    own."""
+    predict = replace(rig.predict, recording=replace(rig.recording, modulus_of_several=True))
+    noise = alone.choice.doubts.noise(predict, alone.choice.fitted.solved, rig.settings)
+    return replace(rig, predict=predict, noise=noise)
 
 
 def _explore(model: JointModel, search: JointSearch, alone: Sequence[Alone]) -> _Explored:
@@ -231,7 +244,7 @@ def _with_others(
     fitted, survivors = joint
     doubts, level = noise
     chosen = polished(at_minimum(fitted, rig))
-    calibrated = replace(plain.model, noise=chosen.model.noise)
+    calibrated = replace(plain.model, predict=chosen.model.predict, noise=chosen.model.noise)
     fits = {frozenset(chosen.model.hypotheses): chosen}
     shares, worth = dict[Effects, float](), dict[Effects, float]()
     for survivor in survivors:
