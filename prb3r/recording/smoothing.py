@@ -19,6 +19,9 @@ MOST_SCATTER = 2.0
 """Root mean square of what parabolas leave of a stretch, in stated standard deviations, up to which it is noise: more
 are changes of the tension.  Choice."""
 
+ROUNDING = 1e-9
+"""The same over the tension, below which a stretch scatters by rounding alone, as of weights: it is left as it is."""
+
 
 def with_smooth_tensions(recording: Recording) -> Recording:
     """The recording with the tensions of steady stretches from parabolas; as it is where no scatter is stated.
@@ -65,6 +68,7 @@ def _smoothed(read: np.ndarray, largest: float, scatter: float) -> np.ndarray:
         curve = onto @ stretch
         left = stretch - curve @ powers
         size = np.sqrt(np.sum(left**2) / (STEPS - len(powers)))
-        if size <= MOST_SCATTER * scatter * np.abs(stretch).mean():
+        mean = np.abs(stretch).mean()
+        if ROUNDING * mean < size <= MOST_SCATTER * scatter * mean:
             out[first + STEPS // 2] = max(curve[0], 0.0)
     return out

@@ -72,7 +72,7 @@ def test_the_keys_are_those_of_the_contract(folder):
     assert record["heldout"]["rmse_explained_m"] < record["heldout"]["rmse_calibrated_m"]
 
 
-@pytest.mark.parametrize("case", [Case(), UNEXPLAINED])
+@pytest.mark.parametrize("case", [Case(), pytest.param(UNEXPLAINED, marks=pytest.mark.long)])
 def test_a_diagnosis_can_be_pickled_and_is_small(case, tmp_path):
     """A live fit would take its predictor, whose recording and kernels' inputs are larger, and the closures of it."""
     stored = pickle.dumps(diagnosed(case))

@@ -146,6 +146,7 @@ def test_derivatives_along_loops_are_those_of_whole_solves(plate, tip, sharpness
     assert max(errors.values()) < 2e-4, errors
 
 
+@pytest.mark.long
 def test_derivatives_where_friction_follows_the_travel_too():
     errors = errors_of(
         looping(prototype(0.3)._replace(presliding=1e-3), sharpness=2.0), loads(prototype(0.3), LOOPS), 1e-6

@@ -267,6 +267,7 @@ def test_derivatives_where_friction_follows_the_travel_too():
     assert max(errors.values()) < 1e-3, errors
 
 
+@pytest.mark.long
 def test_derivatives_of_tied_plates():
     chain = looping(prototype(0.3, plate=ELASTICA)._replace(tied=True), elements=2)
     errors = worst_error(chain, loads(chain, LOOPS))

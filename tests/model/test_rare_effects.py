@@ -314,7 +314,7 @@ def test_stiffness_that_changes_along_the_arm_does_so_by_the_same_factor_from_pl
     assert same(state(manipulator(steady, plates=1)), state(manipulator(plates=1)))
 
 
-@pytest.mark.parametrize("model", ["prb3r", "elastica"])
+@pytest.mark.parametrize("model", [pytest.param("prb3r", marks=pytest.mark.long), "elastica"])
 def test_a_compliant_base_is_a_cantilever_on_a_rotational_spring(model):
     """Roark: w = F L^3 / (3 EI) + c F L^2, and the tip turns by F L^2 / (2 EI) + c F L, to first order in the force."""
     alone = {"plates": 1, "length_m": 0.05, "clamp_m": 0.0, "bending_stiffness_n_m2": 0.24}

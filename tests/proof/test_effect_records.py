@@ -23,6 +23,7 @@ def designs():
     return [*drawn, replace(drawn[0], manipulator=smooth)]
 
 
+@pytest.mark.long
 def test_the_rig_takes_every_form_at_every_size_it_is_concealed_in(designs):
     rng = np.random.default_rng(0)
     for design in designs:

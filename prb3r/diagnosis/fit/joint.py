@@ -193,6 +193,19 @@ class JointFit:
         """The fitted effects that move no reading of any recording."""
         return idle_effects(self.model, self.jacobian[: self.rows[-1].stop])
 
+    @property
+    def shares_in_name_alone(self) -> bool:
+        """Whether every cable that a rig pulls has a friction coefficient of its own although the rig is to share one:
+        it then has its own friction under another name."""
+        for rig in self.model.shared.get("log_friction", ()):
+            member = self.model.members[rig]
+            pulled = np.asarray((member.recording.loads.tension > 0).any(0))
+            names = {name for name, used in zip(member.recording.manipulator.cable_names, pulled, strict=True) if used}
+            own = [dict(part.place) for part in member.hypotheses if part.kind == "cable_friction"]
+            if names <= {cable for place in own for cable in place.get("cables", ())}:
+                return True
+        return False
+
     @cached_property
     def rows(self) -> tuple[slice, ...]:
         """Where the readings of each recording stand among the residuals."""

@@ -67,6 +67,11 @@ def likely_unnamed(diagnosis: Diagnosis) -> list[str]:
     return _unnamed(diagnosis, 1 / 2)
 
 
+def possible_unnamed(diagnosis: Diagnosis) -> list[str]:
+    """Kinds of effects that may be there (`Settings.told_presence`) but are not named; the most probable first."""
+    return _unnamed(diagnosis, Settings(**diagnosis.settings).told_presence)
+
+
 def _unnamed(diagnosis: Diagnosis, least: float) -> list[str]:
     """Kinds of effects that are there with a probability above `least`, over all sets of effects that stand, but are
     not named; the most probable first."""
@@ -132,7 +137,7 @@ def _where_explained(diagnosis: Diagnosis) -> str:
             f"Look at the rig itself for {in_words(unnamed)}, likelier there than not, though no set of effects with "
             f"{'it' if len(unnamed) == 1 else 'them'} is sure. Until then {weighed}."
         )
-    if not diagnosis.effects and (possible := _unnamed(diagnosis, Settings(**diagnosis.settings).told_presence)):
+    if not diagnosis.effects and (possible := possible_unnamed(diagnosis)):
         return (
             f"Look at the rig itself for {in_words(possible)}: some effect is likelier there than none, though which "
             f"these recordings do not tell. Until then {weighed}."
@@ -186,7 +191,11 @@ def _where_nothing_is_named(diagnosis: Diagnosis) -> str:
     if not unnamed and some > settings.positive_presence and diagnosis.share_of_stated >= 1:
         return f"no effect is sure enough to be added, though some effect is likely there ({100 * some:.0f} %)"
     if not unnamed:
-        return "no effect needs to be added"
+        possible = possible_unnamed(diagnosis)
+        ruled = (
+            f", though {in_words(possible)} {'is' if len(possible) == 1 else 'are'} not ruled out" if possible else ""
+        )
+        return f"no effect needs to be added{ruled}"
     return f"no effect is sure enough to be added, though {in_words(unnamed)} may be there, likelier than not"
 
 

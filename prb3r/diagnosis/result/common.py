@@ -52,6 +52,9 @@ class SharedParameter:
     """Probability that the parameter is the same on all rigs, over the surviving joint models."""
     own: tuple[str, ...]
     """Recordings whose rig has a value of its own after all."""
+    made_up_by: tuple[Mapping[str, str | float], ...] = ()
+    """Where the recordings disagree, effects of single rigs in joint models with one value nevertheless, each with the
+    `recording` and its `probability` among these models (`Settings.told_presence`), the most probable first."""
     settings: SharingSettings = SharingSettings()
     """Limits for what is said of sharing."""
 
@@ -103,7 +106,11 @@ class SharedParameter:
         how = "All joint models that are left have one value"
         if self.probability <= self.settings.all_probability:
             how = f"Joint models with one value have {100 * self.probability:.0f} % of the probability"
-        return f"{how}: an effect of one rig can make up the difference."
+        by = []
+        for one in self.made_up_by:
+            effect = str(one["effect"]).replace("_", " ")
+            by.append(f"{effect} of {one['recording']} ({100 * float(one['probability']):.0f} % of them)")
+        return f"{how}: {listed(by) or 'an effect of one rig'} can make up the difference."
 
 
 @dataclass(frozen=True)
@@ -240,6 +247,7 @@ def _shared(compared: SharedParameterEstimates, together: Together, names: Seque
         low, high = sorted(values[1:])
         return Estimate(values[0], low, high, open_ends) if reach else Estimate(values[0])
 
+    agrees = not compared.parted and compared.p >= settings.alarm_rate
     return SharedParameter(
         effect=compared.effect,
         parameter=file_name,
@@ -247,11 +255,36 @@ def _shared(compared: SharedParameterEstimates, together: Together, names: Seque
         together=estimate(compared.joint),
         alone=tuple(estimate(told) for told in compared.alone),
         p=compared.p,
-        agrees=not compared.parted and compared.p >= settings.alarm_rate,
+        agrees=agrees,
         probability=together.shared_probability(compared.effect, compared.name),
         own=tuple(names[rig] for rig in compared.parted),
+        made_up_by=() if agrees else tuple(_made_up_by(compared, together, names)),
         settings=settings,
     )
+
+
+def _made_up_by(
+    compared: SharedParameterEstimates, together: Together, names: Sequence[str]
+) -> Iterator[Mapping[str, str | float]]:
+    """The effects of single rigs that joint models with one value of a parameter have and others mostly lack, as of
+    `SharedParameter.made_up_by`."""
+    least = together.fitted.model.settings.told_presence
+
+    def presence(one_value: bool) -> dict[tuple[str, str], float]:
+        """Probability of each effect of a rig alone, among the joint models with one value or among all others."""
+        found = dict[tuple[str, str], float]()
+        models = [s for s in together.survivors if together.shares(s, compared.effect, compared.name) == one_value]
+        for survivor in models:
+            effects: frozenset[Any] = survivor.effects
+            for key in {(one.kind, names[one.rigs[0]]) for one in effects if one.first and len(one.rigs) == 1}:
+                found[key] = found.get(key, 0.0) + survivor.probability
+        total = sum(survivor.probability for survivor in models)
+        return {key: share / total for key, share in found.items()}
+
+    without = presence(False)
+    for (kind, name), share in sorted(presence(True).items(), key=lambda pair: -pair[1]):
+        if share - without.get((kind, name), 0.0) >= least:
+            yield {"effect": kind, "recording": name, "probability": share}
 
 
 def write_common(common: Common, folder: str | Path) -> Path:

@@ -53,6 +53,12 @@ def shared_constants(models: Sequence[Any], groups: Groups) -> dict[str, tuple[i
 class JointPool(Pool):
     """All joint models that were fitted in full under one covariance of each recording, by their sets of effects."""
 
+    def add(self, fitted: Any) -> None:
+        """Keep a joint fit as `Pool.add` does, unless it shares friction in name alone
+        (`JointFit.shares_in_name_alone`): a rig with its own friction is another model."""
+        if fitted is not None and not fitted.shares_in_name_alone:
+            super().add(fitted)
+
     def linearised(self, fitted: Any) -> tuple[LinearModel, frozenset[int]]:
         """The linearised model around a joint fit, and the numbers of the columns that belong to its effects."""
         return joint_linear_model(fitted, self.search.library, self.search.log_odds)  # type: ignore[arg-type]

@@ -68,12 +68,15 @@ class Together:
         The parameter is one of the effect named `effect`, or `constant` if that is empty.
         """
 
-        def holds(hypotheses: frozenset[Any]) -> bool:
-            if effect:
-                return any(hypothesis.name == effect for hypothesis in hypotheses)
-            return not any(hypothesis.parting and hypothesis.parting.name == constant for hypothesis in hypotheses)
+        return float(sum(each.probability for each in self.survivors if self.shares(each, effect, constant)))
 
-        return float(sum(survivor.probability for survivor in self.survivors if holds(survivor.effects)))
+    @staticmethod
+    def shares(survivor: Survivor, effect: str, constant: str) -> bool:
+        """Whether a joint model has one value of a parameter, named as for :meth:`shared_probability`, for all rigs."""
+        hypotheses: frozenset[Any] = survivor.effects
+        if effect:
+            return any(hypothesis.name == effect for hypothesis in hypotheses)
+        return not any(hypothesis.parting and hypothesis.parting.name == constant for hypothesis in hypotheses)
 
 
 class _Explored(NamedTuple):

@@ -103,7 +103,7 @@ def content(diagnosis: Diagnosis) -> dict[str, object]:
         "or_else": [f"{other.text} ({say.percent(other.probability)})" for other in exchanges(diagnosis)],
         "next": what_to_do(diagnosis),
         "partial": bool(diagnosis.why),
-        "unsure": diagnosis.verdict == "ambiguous" and not diagnosis.effects,
+        "nothing_named": say.nothing_named(diagnosis),
         "poor": diagnosis.structured,
         "closure": say.law_sentence(diagnosis),
         "parameters": _parameters(diagnosis),

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from prb3r.diagnosis.checks.heldout import HeldOut
+from prb3r.diagnosis.result.answer import in_words, possible_unnamed
 from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.diagnosis.result.effects import NamedEffect, RivalEffect
 from prb3r.diagnosis.result.projection import setup_sentences
@@ -295,6 +296,18 @@ def _listed(value) -> str:
     return ", ".join(map(str, value)) if isinstance(value, tuple) else str(value)
 
 
+def nothing_named(diagnosis: Diagnosis) -> str:
+    """A sentence for the section of effects where none is named."""
+    if diagnosis.why:
+        return "No effect of the library explains what is left."
+    if diagnosis.verdict == "ambiguous":
+        return "Some effect is likely, but no one is sure enough to be named."
+    if possible := possible_unnamed(diagnosis):
+        verb = "is" if len(possible) == 1 else "are"
+        return f"No effect is needed to explain these recordings; {in_words(possible)} {verb} not ruled out."
+    return "Nothing is missing that these recordings could show."
+
+
 def nothing_else(diagnosis: Diagnosis) -> str:
     """A sentence for the section of alternatives where there are none."""
     if diagnosis.why:
@@ -317,4 +330,7 @@ def nothing_to_measure(diagnosis: Diagnosis) -> str:
         )
     if diagnosis.share_of_stated < 1.0:
         return "No load program is proposed: no effect of the library rivals what is named. Quieter readings help."
+    if not diagnosis.effects and (possible := possible_unnamed(diagnosis)):
+        ruled = f"{in_words(possible).capitalize()} {'is' if len(possible) == 1 else 'are'} not ruled out."
+        return f"No load program is proposed where nothing is named. {ruled}"
     return "No rivals are left that another load program would have to tell apart."
