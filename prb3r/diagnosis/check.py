@@ -59,6 +59,7 @@ from prb3r.diagnosis.result.rig_remarks import (
     weighed,
     wrong_weights,
 )
+from prb3r.diagnosis.search.contradicted import without_contradicted
 from prb3r.diagnosis.search.pool import Survivor
 from prb3r.diagnosis.search.rivals import with_replacements
 from prb3r.diagnosis.search.selection import Choice
@@ -76,7 +77,8 @@ def check(searched: Searched, blunder: Blunder | None = None) -> Investigation:
     ----------
     blunder : a blunder of the set-up that would explain the recording instead of effects.
     """
-    tested, choice = searched.tested, searched.choice
+    tested = searched.tested
+    choice = without_contradicted(searched.choice, tested.doubted.search)
     if choice.structured:
         choice = replace(choice, share_of_stated=share_of_stated(choice.fitted, choice.doubts))
     doubted, calibrated = tested.doubted, choice.calibrated

@@ -19,7 +19,7 @@ MOST_SCATTER = 2.0
 """Root mean square of what parabolas leave of a stretch, in stated standard deviations, up to which it is noise: more
 are changes of the tension.  Choice."""
 
-ROUNDING = 1e-9
+NO_SCATTER = 1e-9
 """The same over the tension, below which a stretch scatters by rounding alone, as of weights: it is left as it is."""
 
 
@@ -69,6 +69,6 @@ def _smoothed(read: np.ndarray, largest: float, scatter: float) -> np.ndarray:
         left = stretch - curve @ powers
         size = np.sqrt(np.sum(left**2) / (STEPS - len(powers)))
         mean = np.abs(stretch).mean()
-        if ROUNDING * mean < size <= MOST_SCATTER * scatter * mean:
+        if NO_SCATTER * mean < size <= MOST_SCATTER * scatter * mean:
             out[first + STEPS // 2] = max(curve[0], 0.0)
     return out

@@ -56,6 +56,7 @@ def test_what_the_data_contradict_is_dropped_and_said():
     assumed = manipulator_of(manipulator(effects=[{"kind": "weakened_plate", "plate": 2, "factor": 0.6}]))
     found = run_stages(Task(recorded(Case(hidden=(), seed=1)), assumed=assumed))
     assert found.verdict == "adequate"
+    assert sum(model.probability for model in found.models if "weakened_plate (plate 2)" in model.effects) < 0.05
     (remark,) = [
         remark for remark in found.remarks if remark.startswith("assumed, but not found again: weakened_plate")
     ]

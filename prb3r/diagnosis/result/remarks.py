@@ -3,9 +3,7 @@
 Each function returns sentences, and none where there is nothing to remark.
 """
 
-from collections.abc import Mapping, Sequence
-
-import numpy as np
+from collections.abc import Sequence
 
 from prb3r.diagnosis.checks.residuals import ModelCheck
 from prb3r.diagnosis.checks.setup.find import Blunder
@@ -13,7 +11,7 @@ from prb3r.diagnosis.checks.unseen import JudgedSequence, Unseen
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.diagnosis.result.named import Named
-from prb3r.diagnosis.search.assumed import Assumed
+from prb3r.diagnosis.search.assumed import Assumed, another_size
 from prb3r.diagnosis.search.pool import Survivor
 from prb3r.diagnosis.search.selection import Choice, presence_of
 from prb3r.diagnosis.settings import Settings
@@ -115,29 +113,16 @@ def found_before(assumed: Assumed, choice: Choice) -> list[str]:
         if hypothesis not in choice.fitted.model.hypotheses:
             having = [survivor for survivor in choice.survivors if hypothesis in survivor.effects]
             share = sum(survivor.probability for survivor in having)
-            if share < choice.fitted.model.settings.alike_rate:
-                how = "these data contradict it"
-            elif other := _another_size(having[0].fitted, hypothesis, sizes):
+            fits = [survivor.fitted for survivor in having]
+            fits = fits or sorted(choice.tried_with(hypothesis), key=lambda fitted: fitted.chi2)
+            if fits and (other := another_size(fits[0], hypothesis, sizes)):
                 how = f"these data contradict its size, {other}"
+            elif share < choice.fitted.model.settings.alike_rate:
+                how = "these data contradict it"
             else:
                 how = f"these data do not tell it (probability {share:.2g})"
             remarks.append(f"assumed, but not found again: {hypothesis.name}: {how}")
     return remarks
-
-
-def _another_size(fitted: Fit, hypothesis: Hypothesis, sizes: Mapping[str, float]) -> str:
-    """The parameter of an effect that is farthest, in standard deviations, from its earlier value in `sizes`, in words;
-    empty if none is off by `Settings.strained_sd`."""
-    model, number = fitted.model, fitted.model.hypotheses.index(hypothesis)
-    friction, sd = model.friction(fitted.p), np.sqrt(np.diag(fitted.covariance))[model.spans[number]]
-    found = fitted.p[model.spans[number]]
-    before = np.array([free.at(sizes[free.name], friction) for free in hypothesis.free])
-    away = np.abs(found - before) / np.maximum(sd, np.finfo(float).tiny)
-    if not len(away) or away.max() < model.settings.strained_sd:
-        return ""
-    free = hypothesis.free[int(away.argmax())]
-    now = free.value(found[away.argmax()], friction)
-    return f"{free.name} {now:.3g} in the place of {sizes[free.name]:.3g}"
 
 
 def never_unloaded(choice: Choice, library: Sequence[Hypothesis]) -> list[str]:

@@ -148,6 +148,21 @@ def fit_assumed(calibrated: Fit, assumed: Assumed) -> Fit | None:
     return fit(model, np.array([*constants, *sizes]))
 
 
+def another_size(fitted: Fit, hypothesis: Hypothesis, sizes: Mapping[str, float]) -> str:
+    """The parameter of an effect that is farthest, in standard deviations, from its earlier value in `sizes`, in words;
+    empty if none is off by `Settings.strained_sd`."""
+    model, number = fitted.model, fitted.model.hypotheses.index(hypothesis)
+    friction, sd = model.friction(fitted.p), np.sqrt(np.diag(fitted.covariance))[model.spans[number]]
+    found = fitted.p[model.spans[number]]
+    before = np.array([free.at(sizes[free.name], friction) for free in hypothesis.free])
+    away = np.abs(found - before) / np.maximum(sd, np.finfo(float).tiny)
+    if not len(away) or away.max() < model.settings.strained_sd:
+        return ""
+    free = hypothesis.free[int(away.argmax())]
+    now = free.value(found[away.argmax()], friction)
+    return f"{free.name} {now:.3g} in the place of {sizes[free.name]:.3g}"
+
+
 def known_states(known: Manipulator, predict: Predictor) -> Equilibria | None:
     """Equilibria of a manipulator `known` before under the recorded loads.
 

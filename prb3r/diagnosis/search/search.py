@@ -41,7 +41,12 @@ class Search:
         """ln of the prior odds of every hypothesis (`log_prior_odds`); of an effect that was found before those of
         `Settings.assumed_presence`."""
         known = dict.fromkeys(self.assumed.values, float(logit(self.settings.assumed_presence)))
-        return dict(zip(self.library, log_prior_odds(self.library, self.settings), strict=True)) | known
+        return {**self.usual_odds, **known}
+
+    @cached_property
+    def usual_odds(self) -> Mapping[Hypothesis, float]:
+        """ln of the prior odds of every hypothesis where nothing was found before."""
+        return dict(zip(self.library, log_prior_odds(self.library, self.settings), strict=True))
 
     @cached_property
     def general_forms(self) -> tuple[Hypothesis, ...]:

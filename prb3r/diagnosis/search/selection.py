@@ -145,6 +145,10 @@ class Choice:
                     elsewhere[one.name] = elsewhere.get(one.name, 0.0) + survivor.probability
         return kinds | {name: p for name, p in elsewhere.items() if p > 0.5}
 
+    def tried_with(self, hypothesis: Hypothesis) -> list[Fit]:
+        """The full fits of models with an effect."""
+        return [fitted for fitted in self.tried if hypothesis in fitted.model.hypotheses]
+
     @property
     def of_any(self) -> float:
         """Probability that any effect is present."""
