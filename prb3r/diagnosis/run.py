@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from prb3r.diagnosis.chance import chi2_tail
 from prb3r.diagnosis.checks.heldout import HeldOut
 from prb3r.diagnosis.checks.setup.remedy import with_manipulator
 from prb3r.diagnosis.investigate import run_stages
@@ -140,7 +141,7 @@ def _judged_on(diagnosis: Diagnosis, others: Sequence[Recording], filed: Manipul
                 f"{listed(prediction.of_the_bench)}: bench = false under [sharing] in its file where it does not"
             )
         remarks += [f"{other.name}: {text}" for text in supposed(prediction.effects)]
-        remarks += _missed(other, prediction.heldout, Settings(**diagnosis.settings))
+        remarks += _missed(other, prediction.heldout, diagnosis)
 
     def judged(effect: NamedEffect, number: int) -> NamedEffect:
         errors = [(other, error) for other, prediction in carried if (error := prediction.without[number])]
@@ -154,16 +155,35 @@ def _judged_on(diagnosis: Diagnosis, others: Sequence[Recording], filed: Manipul
     )
 
 
-def _missed(other: Recording, error: HeldOut, settings: Settings) -> list[str]:
-    """A sentence on another recording that is missed by more than noise (`Settings.misleading`); else none."""
+NOTICED = 1.05
+"""How many times as far as noise allows another recording has to be missed to be told of, if that is no chance.
+Choice: of many readings even the smallest share is none."""
+
+
+def _missed(other: Recording, error: HeldOut, diagnosis: Diagnosis) -> list[str]:
+    """A sentence on another recording that is missed by more than noise, or that has no equilibrium; else none."""
     lost = f", and {error.lost} of its readings have no equilibrium" if error.lost else ""
-    size = float(np.sqrt(error.chi2_explained / error.readings)) if error.readings else np.inf
-    if size <= settings.misleading and not lost:
+    noise = diagnosis.noise
+    chi2 = error.chi2_explained / max(noise.scale, noise.tension_scale, 1.0) ** 2
+    size = float(np.sqrt(chi2 / error.readings)) if error.readings else np.inf
+    if not lost and not _is_missed(size, error.readings, diagnosis):
         return []
     return [
         f"{other.name} is missed by {size:.2g} times what noise and tolerances allow{lost}: what was learnt here does "
         "not predict it; diagnose it too, or both --together"
     ]
+
+
+def _is_missed(size: float, readings: int, diagnosis: Diagnosis) -> bool:
+    """Whether an error of `size`, in units of what noise and tolerances allow, is one.
+
+    It is if it comes by chance in fewer than `Settings.naming_rate` of recordings; where readings of the diagnosed
+    recording share noise, so that they are fewer than they seem, beyond `Settings.misleading`.
+    """
+    settings, noise = Settings(**diagnosis.settings), diagnosis.noise
+    if max(noise.common, noise.lasting, noise.serial) > 0:
+        return size > settings.misleading
+    return size > NOTICED and (not readings or chi2_tail(size**2 * readings, readings) < settings.naming_rate)
 
 
 def _mended_too(other: Recording, diagnosis: Diagnosis, filed: Manipulator) -> tuple[Recording, str]:

@@ -4,7 +4,7 @@ Each is searched alone, then all are fitted with the parameters that their rigs 
 the others say of these.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from prb3r.diagnosis.blunders import SetUp, without_blunders
@@ -15,6 +15,7 @@ from prb3r.diagnosis.known import Searched, Task
 from prb3r.diagnosis.library.groups import groups_of
 from prb3r.diagnosis.result.common import Common, common_of
 from prb3r.diagnosis.result.diagnosis import Diagnosis
+from prb3r.diagnosis.result.statements import Estimate
 from prb3r.diagnosis.result.tell import tell
 from prb3r.diagnosis.search.apply import Apply, serially
 from prb3r.diagnosis.search.together import Alone, choose_together
@@ -85,7 +86,20 @@ def diagnose_together(
         checked = replace(checked, remarks=(*checked.remarks, said))
         investigations.append(replace(checked, verdict="set-up", blunders=blunders) if blunders else checked)
     report("tell")
-    return JointDiagnosis(tuple(map(tell, investigations)), common)
+    diagnoses = tuple(map(tell, investigations))
+    unexplained = tuple(diagnosis.name for diagnosis in diagnoses if diagnosis.why)
+    return JointDiagnosis(diagnoses, replace(common, unexplained=unexplained, apart=_sizes_apart(common, diagnoses)))
+
+
+def _sizes_apart(common: Common, diagnoses: Sequence[Diagnosis]) -> Mapping[str, Mapping[str, Estimate]]:
+    """The sizes of effects that several rigs have, each its own, as of `Common.apart`."""
+    sizes = dict[str, dict[str, Estimate]]()
+    for diagnosis in diagnoses:
+        for effect in diagnosis.effects:
+            if effect.name in common.own.get(diagnosis.name, ()) and len(effect.parameters) == 1:
+                (size,) = effect.parameters.values()
+                sizes.setdefault(effect.name, {})[diagnosis.name] = size
+    return {name: each for name, each in sizes.items() if len(each) > 1}
 
 
 def _alone(task: Task, report: Report, apply: Apply) -> SetUp:

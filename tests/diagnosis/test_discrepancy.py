@@ -19,6 +19,7 @@ from prb3r.diagnosis.result.remarks import as_the_file_has_it
 from prb3r.diagnosis.result.unexplained import best_elsewhere, best_of_rig
 from prb3r.model.effects.plates import SegmentStiffness
 from prb3r.model.manipulator import Manipulator
+from prb3r.recording.recording import Prior
 
 ELASTICA = {"model": "elastica"}
 """What a diagnosis calculates with."""
@@ -109,15 +110,24 @@ def test_effects_of_an_unexplained_recording_carry_over_only_if_they_remove_most
     found = investigated(Case(hidden=()))
     right = found.reported.constants
 
-    def off(log):
-        fitted = SimpleNamespace(constants=right._replace(log_stiffness=right.log_stiffness + log), effects=())
-        return SimpleNamespace(**vars(fitted), model=found.reported.model)
+    def off(log, model=found.reported.model):
+        constants = right._replace(log_stiffness=right.log_stiffness + log)
+        p = np.where(np.array(model.varied) == "log_stiffness", constants.log_stiffness, found.reported.p)
+        return SimpleNamespace(constants=constants, effects=(), p=p, model=model)
 
     alone, rest = off(0.2), {"recording": found.recording, "fresh": None, "filed": None}
     for log, better, enough in ((0.1, True, True), (0.18, True, False), (0.3, False, False)):
         held = SimpleNamespace(reported=off(log), refitted=alone, **rest)
         assert (best_of_rig(held)[0] is held.reported) == better
         assert (best_elsewhere(held, True)[0] is held.reported) == enough
+    plain = found.reported.model.predict  # refitted constants will be eight deviations off
+    known = replace(plain, recording=replace(plain.recording, prior=Prior(youngs_modulus=0.03)))
+    model = replace(found.reported.model, predict=known)
+    held = SimpleNamespace(reported=off(0.3), refitted=off(0.2, model), **rest)
+    assert best_of_rig(held)[0] is held.refitted
+    filed, missed = best_elsewhere(held, True)
+    assert filed.constants == Constants()
+    assert missed.share > 0
 
 
 def test_constants_of_the_file_are_taken_where_they_predict_what_was_set_aside_better():

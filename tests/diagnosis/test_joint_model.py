@@ -81,6 +81,21 @@ def test_a_recording_with_what_the_others_say_is_as_sure_as_all_together(known):
         assert again.p == pytest.approx(own.p, abs=0.02 * np.sqrt(np.diag(own.covariance)).max())
 
 
+@pytest.mark.parametrize(("cables", "alone"), [((), False), (("a",), False), (("a", "b"), True)])
+def test_a_rig_whose_cables_have_each_a_friction_of_their_own_shares_none(cables, alone):
+    plain = joint_model()
+    predict = plain.rigs[1].predict
+    library = hypotheses(Scope.of(predict.recording, predict.chain, predict.equilibria(Constants())))
+    own = [one for one in library if one.kind == "cable_friction" and dict(one.place)["cables"][0] in cables]
+    assert len(own) == len(cables)
+    model = replace(plain, hypotheses=tuple(alone_on(1, each, 2) for each in own))
+    p = np.zeros(model.count)
+    solved = model.solve(p)
+    fitted = model.fitted(p, model.residuals(p, solved), model.jacobian(p, solved), solved, True)
+    assert fitted.shares_in_name_alone == alone
+    assert not replace(fitted, model=replace(model, shared={})).shares_in_name_alone
+
+
 def test_what_is_believed_of_some_parameters_leaves_the_others_open():
     covariance = np.array([[4.0, 1.0, 0.5], [1.0, 2.0, 0.3], [0.5, 0.3, 1.0]])
     mean = np.array([1.0, -2.0, 0.5])

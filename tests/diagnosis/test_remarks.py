@@ -141,7 +141,9 @@ def test_what_is_likely_but_not_named_is_said_and_what_is_named_no_certainty():
     for share, said in ((0.05, []), (0.2, ["not named, and not ruled out beside what is: camera scale (20 %)"])):
         models = replace(only, probability=1 - share), replace(both, probability=share)
         assert not_ruled_out(replace(choice, survivors=models)) == said
-    assert not_ruled_out(replace(nothing, survivors=models)) == []
+    none = replace(only, probability=0.8, fitted=choice.calibrated)
+    few = replace(nothing, survivors=(none, replace(both, probability=0.2, fitted=instead)))
+    assert not_ruled_out(few) == ["not named, and not ruled out: camera scale (20 %)"]
     verdicts = [check(replace(searched, choice=one)).verdict for one in (less, replace(choice, survivors=(both, only)))]
     assert verdicts == ["explained", "ambiguous"]
 

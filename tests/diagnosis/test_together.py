@@ -149,6 +149,9 @@ def test_one_value_in_spite_of_recordings_that_disagree_is_no_certainty(probabil
     assert "100" not in told.statement
     assert said in told.statement
     assert ("an effect of one rig can make up the difference" in told.statement) == bool(said)
+    worn = {"effect": "worn_hole", "recording": "b", "probability": 0.9}
+    named = replace(told, made_up_by=(worn,)).statement
+    assert ("worn hole of b (90 % of them) can make up the difference" in named) == bool(said)
 
 
 def test_what_cannot_be_diagnosed_together_is_refused():
@@ -211,6 +214,23 @@ def test_what_a_rig_has_its_own_value_of_is_not_said_to_be_shared():
     first, second = Common(("a", "b"), (rubs,), {}, {}, 5.0, ()).sentences
     assert first.startswith("The rigs share nothing of what was found")
     assert "do not agree on the friction coefficient" in second
+
+
+def test_of_sizes_that_several_rigs_have_each_for_itself_it_is_said_whether_they_agree():
+    own = {"a": ("pulley_friction",), "b": ("pulley_friction",)}
+    for other, said in ((0.93, ", which agree"), (0.95, "")):
+        sizes = {"a": Estimate(0.932, 0.929, 0.935), "b": Estimate(other, other - 0.003, other + 0.003)}
+        *_, last = Common(("a", "b"), (), own, {}, 0.0, (), apart={"pulley_friction": sizes}).sentences
+        told = f"pulley friction (0.932 (0.929 to 0.935) on a, {sizes['b']} on b{said})."
+        assert last == f"Of a and b, each with its own values: {told}"
+
+
+def test_what_an_unexplained_recording_tells_of_sharing_is_not_believed():
+    alone = Estimate(2.0e11, 1.9e11, 2.1e11), Estimate(2.1e11, 2.0e11, 2.2e11)
+    told = SharedParameter("", "youngs_modulus_pa", ("a", "b"), alone[0], alone, 0.4, True, 0.9, ())
+    first, second = Common(("a", "b"), (told,), {}, {}, -10.0, (), ("b",)).sentences
+    assert first.startswith("Whether the rigs share Young's modulus is not known: b is not explained")
+    assert second.startswith("The recordings agree on Young's modulus")
 
 
 def test_an_effect_that_is_named_after_what_it_is_measured_by_is_not_named_twice():

@@ -52,6 +52,15 @@ def test_exact_tensions_and_such_as_no_scatter_is_stated_of_stay_as_they_are():
     assert with_smooth_tensions(unknown) is unknown
 
 
+def test_weights_that_are_held_or_grow_evenly_are_no_log():
+    noisy, _ = cells()
+    tension = noisy.loads.tension.copy()
+    tension[:, 0], tension[:, 1] = 7.3, 0.1 * np.arange(len(tension))
+    steps = noisy.steps.assign(cable_1_n=tension[:, 0], cable_2_n=tension[:, 1])
+    weights = replace(noisy, steps=steps, loads=noisy.loads._replace(tension=tension))
+    assert with_smooth_tensions(weights) is weights
+
+
 def test_what_is_more_than_the_stated_scatter_is_no_noise():
     """A load that wobbles by a per cent is a load that wobbles."""
     wobbling, _ = cells(scatter=0.01, stated=0.001)

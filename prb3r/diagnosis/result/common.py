@@ -2,7 +2,7 @@
 whether they agree on these, and what each has of its own."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
@@ -110,7 +110,7 @@ class SharedParameter:
         for one in self.made_up_by:
             effect = str(one["effect"]).replace("_", " ")
             by.append(f"{effect} of {one['recording']} ({100 * float(one['probability']):.0f} % of them)")
-        return f"{how}: {listed(by) or 'an effect of one rig'} can make up the difference."
+        return f"{how}: {listed(by) if by else 'an effect of one rig'} can make up the difference."
 
 
 @dataclass(frozen=True)
@@ -129,6 +129,10 @@ class Common:
     """ln of the evidence of all recordings with what they share, over that of each recording by itself."""
     remarks: tuple[str, ...]
     """What is not shared and why, and the suppositions that sharing rests on."""
+    unexplained: tuple[str, ...] = ()
+    """Recordings that are not explained, so that what they tell of shared parameters rests on models that miss them."""
+    apart: Mapping[str, Mapping[str, Estimate]] = field(default_factory=dict)
+    """By name, effects with one size that several rigs have, each its own: the size by the recording."""
     settings: SharingSettings = SharingSettings()
 
     @property
@@ -138,6 +142,13 @@ class Common:
         whole = [parameter.quantity for parameter in self.shared if not parameter.own]
         if not whole:
             yield "The rigs share nothing of what was found: each recording tells its values alone."
+        elif self.unexplained:
+            names = listed(quoted(self.unexplained))
+            verb = "is" if len(self.unexplained) == 1 else "are"
+            yield (
+                f"Whether the rigs share {listed(whole)} is not known: {names} {verb} not explained, and what is said "
+                "of that below rests on models that miss readings."
+            )
         else:
             factor, least = self.log_bayes_factor, self.settings.strong_log_bayes_factor
             ruled = "speak against the view that" if factor < -least else "leave open whether"
@@ -157,8 +168,16 @@ class Common:
             if len(known) > 1:
                 names = listed([shown[name] for name in known])
                 which = f"{names}, each with its own values"
-            yield f"Of {which}: {', '.join(effects).replace('_', ' ')}."
+            yield f"Of {which}: {', '.join(effect.replace('_', ' ') + self._sizes(effect) for effect in effects)}."
         yield from (f"note: {remark}" for remark in self.remarks)
+
+    def _sizes(self, effect: str) -> str:
+        """The sizes that several rigs have of an effect, and whether they agree, in brackets; empty where unknown."""
+        sizes = self.apart.get(effect, {})
+        if len(sizes) < 2:
+            return ""
+        told = [f"{size} on {name}" for name, size in zip(quoted(tuple(sizes)), sizes.values(), strict=True)]
+        return f" ({', '.join(told)}{', which agree' * _are_alike(tuple(sizes.values()))})"
 
     def _by_owners(self) -> dict[tuple[str, ...], list[str]]:
         """Names of the effects that are neither of the material nor of its friction, by the recordings whose rigs have
@@ -181,8 +200,20 @@ class Common:
             "shared": [_plain_parameter(parameter) for parameter in self.shared],
             "own": {name: list(effects) for name, effects in self.own.items()},
             "unshared": {effect: list(owners) for effect, owners in self.unshared.items()},
+            "unexplained": list(self.unexplained),
+            "apart": {effect: {k: size.record for k, size in sizes.items()} for effect, sizes in self.apart.items()},
             "statements": list(self.sentences),
         }
+
+
+def _are_alike(sizes: Sequence[Estimate]) -> bool:
+    """Whether sizes lie no farther apart than their intervals, taken as independent, allow."""
+    reach = [0.0 if size.low is None or size.high is None else (size.high - size.low) / 2 for size in sizes]
+    return all(
+        abs(one.value - other.value) <= np.hypot(reach[i], reach[k])
+        for i, one in enumerate(sizes)
+        for k, other in enumerate(sizes)
+    )
 
 
 def _plain_parameter(parameter: SharedParameter) -> dict[str, Any]:

@@ -5,7 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from prb3r.diagnosis.checks.heldout import compared
-from prb3r.diagnosis.fit.constants import Constants
+from prb3r.diagnosis.fit.calibrate import constants_as_filed
+from prb3r.diagnosis.fit.constants import FRAME, Constants
 from prb3r.diagnosis.fit.covariance import Noise, reading_sd
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.fit.prediction import Predictor, Solution
@@ -31,14 +32,25 @@ def best_elsewhere(investigation: Investigation, same_bench: bool) -> tuple[Fit,
 
     In an unexplained recording faults of single parts may balance effects that do carry over, which are of no use then.
     And what stands in for physics that is left out fits its own rig: it has to remove `Settings.carried_gain` of what
-    constants alone leave.
+    constants alone leave.  Constants alone that the recording pulls far from what it states of them
+    (`Settings.strained_sd`) stand in for that physics too: then those of the file are taken.
     """
     nominal, reported = investigation.recording.manipulator, investigation.reported
     constants = reported.constants
     stiffness = constants.log_stiffness + log_of_scatter(reported.effects, nominal)
     carried = constants._replace(log_stiffness=stiffness)
     effects, _ = other_geometry(reported.effects, nominal, nominal, same_bench=same_bench)
-    return _best(investigation, carried, effects, Settings.carried_gain)
+    best, missed = _best(investigation, carried, effects, Settings.carried_gain)
+    if best is investigation.reported or not _strained(best) or (filed := constants_as_filed(best)) is None:
+        return best, missed
+    return filed, _discrepancy(_recorded(investigation), filed.constants, filed.effects)
+
+
+def _strained(alone: Fit) -> bool:
+    """Whether constants are farther from what the recording states of them than `Settings.strained_sd`."""
+    known = zip(alone.model.varied, alone.p, alone.model.priors, strict=False)
+    far = alone.model.settings.strained_sd
+    return any(name not in FRAME and abs(value) > far * sd for name, value, sd in known)
 
 
 def _best(
