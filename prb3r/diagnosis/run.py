@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from contextlib import nullcontext
 from dataclasses import replace
+from itertools import combinations
 from pathlib import Path
 
 import numpy as np
@@ -83,7 +84,7 @@ def joint_diagnosis_of(
     Raises
     ------
     SpecError
-        If there are fewer than two recordings, or two of one name.
+        If there are fewer than two recordings, or two of one name or with the same readings.
     """
     assumed = None if assume is None else manipulator_of(assume)
     read, others = _read(recordings), _read(holdout)
@@ -97,6 +98,10 @@ def joint_diagnosis_of(
     if alike := [name for name, folder in zip(names, folders, strict=True) if folders.count(folder) > 1]:
         told = " and ".join(map(repr, alike))
         raise SpecError(Problem("together", f"{told} would be written into one folder; give them names further apart"))
+    for one, other in combinations(read, 2):
+        if np.array_equal(one.readings.value, other.readings.value):
+            told = f"{one.name!r} and {other.name!r} have the same readings, which would count twice; give one of them"
+            raise SpecError(Problem("together", told))
     tasks = [Task(recording, seed, hold_out=not others, assumed=assumed) for recording in read]
     with process_map(jobs) if jobs > 1 else nullcontext(serially) as apply:
         joint = diagnose_together(tasks, report, apply)

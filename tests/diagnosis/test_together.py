@@ -158,6 +158,8 @@ def test_what_cannot_be_diagnosed_together_is_refused():
     short = recorded_sister("short")
     with pytest.raises(SpecError, match="two recordings are named 'short'"):
         joint_diagnosis_of([short, short])
+    with pytest.raises(SpecError, match="'short' and 'copy' have the same readings, which would count twice"):
+        joint_diagnosis_of([short, replace(short, name="copy")])
     with pytest.raises(SpecError, match="'short a' and 'short-a' would be written into one folder"):
         joint_diagnosis_of([replace(short, name="short a"), replace(short, name="short-a")])
     with pytest.raises(SpecError, match="two recordings or more, not 1"):

@@ -143,7 +143,8 @@ def _where_explained(diagnosis: Diagnosis) -> str:
             f"these recordings do not tell. Until then {weighed}."
         )
     if not doubtful:
-        return f"Look first at what the notes doubt. {_simulate(diagnosis, 'explained.toml')}; {weighed}."
+        first = "then" if diagnosis.rival_blunder else "first"
+        return f"Look {first} at what the notes doubt. {_simulate(diagnosis, 'explained.toml')}; {weighed}."
     kinds = in_words(list(dict.fromkeys(effect.kind for effect in doubtful)))
     questions = listed(list(dict.fromkeys(_open_question(effect) for effect in doubtful)))
     return (
