@@ -94,14 +94,16 @@ class Pull:
     def _solved(self, tension: np.ndarray) -> Answer:
         """The answer at tensions (m,), N, none of them negative, solved anew."""
         path, step = self.path(tension), PULL_STEP * max(float(tension.max()), 1.0)
-        directions = []
-        for cable in range(len(tension)):
+        directions, sound = [], np.flatnonzero(self.chain.reach)
+        for cable in sound.tolist():
             more = tension.copy()
             more[cable] += step
             directions.append(Direction((self.chain, self.path(more)), (self.chain, path), step))
         derivatives = sensitivities_under_law(self.chain, path, directions)
         off = self.target.off(self.target.place(derivatives.equilibria)[-1])
-        return Answer(off, self.target.rate(derivatives))
+        rate = np.zeros((len(off), len(tension)))  # a broken cable moves nothing
+        rate[:, sound] = self.target.rate(derivatives)
+        return Answer(off, rate)
 
     def stands(self, tension: np.ndarray) -> bool:
         """Whether the chain has an equilibrium under tensions (m,), N, and finite derivatives there."""

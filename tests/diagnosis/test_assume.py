@@ -7,6 +7,7 @@ import pytest
 from diagnosis.simulated import MU, Case, E, diagnosed, manipulator, recorded
 from diagnosis.suspected import scope
 
+from prb3r.diagnosis.fit.constants import Constants
 from prb3r.diagnosis.fit.prediction import predictor
 from prb3r.diagnosis.investigate import run_stages
 from prb3r.diagnosis.known import Task
@@ -123,6 +124,17 @@ def test_a_law_with_another_reference_is_the_same_law_here(law, coefficient):
     for at in (1.0, 20.0, 90.0):
         now = coefficient({**law, **dict(hypothesis.place), **sizes}, there, at)
         assert now == pytest.approx(coefficient(law, mu, at))
+
+
+@pytest.mark.parametrize(("knee", "looked_for"), [(0.0005, True), (0.05, False)])
+def test_a_size_beyond_what_a_recording_bends_to_is_not_looked_for_and_said(knee, looked_for):
+    predict = predictor(recorded())
+    library = hypotheses(Scope.of(predict.recording, predict.chain, predict.equilibria(Constants())))
+    law = {"kind": "nonlinear_plate", "law": "bilinear", "knee_strain": knee, "ratio": 0.5}
+    assumed = assumed_of(manipulator_of(manipulator(effects=[law])), predict.recording.manipulator, library)
+    assert bool(assumed.values) == looked_for
+    said = "nonlinear_plate (law bilinear): knee_strain = 0.05 is beyond what this recording can show"
+    assert any(reason.startswith(said) for reason in assumed.unknown) != looked_for
 
 
 def test_friction_is_assumed_where_the_nominal_file_has_it():

@@ -53,6 +53,8 @@ def assumed_of(known: Manipulator, nominal: Manipulator, library: Sequence[Hypot
             unknown.append(f"{_named(effect)}: {_why_unknown(effect, nominal)}")
         elif rival:
             unknown.append(f"{_named(effect)}: cannot stand beside {rival.name}")
+        elif beyond := _beyond(effect, hypothesis):
+            unknown.append(f"{_named(effect)}: {beyond}")
         else:
             values[hypothesis] = {free.name: getattr(effect, free.name) for free in hypothesis.free}
     constants = {"log_stiffness": float(np.log(known.youngs_modulus_pa / nominal.youngs_modulus_pa))}
@@ -101,6 +103,21 @@ def hypothesis_at(effect: Effect, library: Iterable[Hypothesis]) -> Hypothesis |
         if hypothesis.kind == effect.kind and sizes and place == dict(hypothesis.place):
             found.append(hypothesis)
     return min(found, key=lambda hypothesis: len(hypothesis.free), default=None)
+
+
+BEYOND = 1e-3
+"""How far beyond a bound of the search a size may lie, over the bound, to be taken for the bound as files round it."""
+
+
+def _beyond(effect: Effect, hypothesis: Hypothesis) -> str:
+    """Which size of an effect lies outside of what is looked for in a recording, in words; empty if none does."""
+    for free in hypothesis.free:
+        value, room = getattr(effect, free.name), BEYOND * max(abs(free.low), abs(free.high))
+        if not free.low - room <= value <= free.high + room:
+            return (
+                f"{free.name} = {value:.3g} is beyond what this recording can show, {free.low:.3g} to {free.high:.3g}"
+            )
+    return ""
 
 
 def _plain(effect: Effect) -> dict[str, Any]:
