@@ -105,14 +105,14 @@ def hypothesis_at(effect: Effect, library: Iterable[Hypothesis]) -> Hypothesis |
     return min(found, key=lambda hypothesis: len(hypothesis.free), default=None)
 
 
-BEYOND = 1e-3
+ROUNDED_BOUND = 1e-3
 """How far beyond a bound of the search a size may lie, over the bound, to be taken for the bound as files round it."""
 
 
 def _beyond(effect: Effect, hypothesis: Hypothesis) -> str:
     """Which size of an effect lies outside of what is looked for in a recording, in words; empty if none does."""
     for free in hypothesis.free:
-        value, room = getattr(effect, free.name), BEYOND * max(abs(free.low), abs(free.high))
+        value, room = getattr(effect, free.name), ROUNDED_BOUND * max(abs(free.low), abs(free.high))
         if not free.low - room <= value <= free.high + room:
             return (
                 f"{free.name} = {value:.3g} is beyond what this recording can show, {free.low:.3g} to {free.high:.3g}"
