@@ -94,6 +94,10 @@ def test_a_rig_whose_cables_have_each_a_friction_of_their_own_shares_none(cables
     fitted = model.fitted(p, model.residuals(p, solved), model.jacobian(p, solved), solved, True)
     assert fitted.shares_in_name_alone == alone
     assert not replace(fitted, model=replace(model, shared={})).shares_in_name_alone
+    loads = predict.recording.loads
+    idle = replace(predict.recording, loads=loads._replace(tension=np.zeros_like(loads.tension)))  # hung weights alone
+    rigs = model.rigs[0], replace(model.rigs[1], predict=replace(predict, recording=idle))
+    assert not replace(fitted, model=replace(model, rigs=rigs)).shares_in_name_alone
 
 
 def test_what_is_believed_of_some_parameters_leaves_the_others_open():

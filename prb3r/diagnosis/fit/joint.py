@@ -202,7 +202,7 @@ class JointFit:
             pulled = np.asarray((member.recording.loads.tension > 0).any(0))
             names = {name for name, used in zip(member.recording.manipulator.cable_names, pulled, strict=True) if used}
             own = [dict(part.place) for part in member.hypotheses if part.kind == "cable_friction"]
-            if names <= {cable for place in own for cable in place.get("cables", ())}:
+            if names and names <= {cable for place in own for cable in place.get("cables", ())}:
                 return True
         return False
 
