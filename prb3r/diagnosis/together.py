@@ -4,7 +4,7 @@ Each is searched alone, then all are fitted with the parameters that their rigs 
 the others say of these.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from prb3r.diagnosis.blunders import SetUp, without_blunders
@@ -13,9 +13,8 @@ from prb3r.diagnosis.fit.calibrate import OutOfBalance
 from prb3r.diagnosis.investigate import STAGES
 from prb3r.diagnosis.known import Searched, Task
 from prb3r.diagnosis.library.groups import groups_of
-from prb3r.diagnosis.result.common import Common, common_of
+from prb3r.diagnosis.result.common import Common, common_of, own_sizes_of
 from prb3r.diagnosis.result.diagnosis import Diagnosis
-from prb3r.diagnosis.result.statements import Estimate
 from prb3r.diagnosis.result.tell import tell
 from prb3r.diagnosis.search.apply import Apply, serially
 from prb3r.diagnosis.search.together import Alone, choose_together
@@ -88,18 +87,8 @@ def diagnose_together(
     report("tell")
     diagnoses = tuple(map(tell, investigations))
     unexplained = tuple(diagnosis.name for diagnosis in diagnoses if diagnosis.why)
-    return JointDiagnosis(diagnoses, replace(common, unexplained=unexplained, apart=_sizes_apart(common, diagnoses)))
-
-
-def _sizes_apart(common: Common, diagnoses: Sequence[Diagnosis]) -> Mapping[str, Mapping[str, Estimate]]:
-    """The sizes of effects that several rigs have, each its own, as of `Common.apart`."""
-    sizes = dict[str, dict[str, Estimate]]()
-    for diagnosis in diagnoses:
-        for effect in diagnosis.effects:
-            if effect.name in common.own.get(diagnosis.name, ()) and len(effect.parameters) == 1:
-                (size,) = effect.parameters.values()
-                sizes.setdefault(effect.name, {})[diagnosis.name] = size
-    return {name: each for name, each in sizes.items() if len(each) > 1}
+    common = replace(common, unexplained=unexplained, own_sizes=own_sizes_of(common, diagnoses))
+    return JointDiagnosis(diagnoses, common)
 
 
 def _alone(task: Task, report: Report, apply: Apply) -> SetUp:

@@ -20,7 +20,8 @@ MOST_SCATTER = 2.0
 are changes of the tension.  Choice."""
 
 NO_SCATTER = 1e-9
-"""The same over the tension, below which a stretch scatters by rounding alone, as of weights: it is left as it is."""
+"""Root mean square of what parabolas leave, over the tension, up to which nothing scatters but the rounding of numbers,
+as of weights: such a stretch is left as it is."""
 
 
 def with_smooth_tensions(recording: Recording) -> Recording:

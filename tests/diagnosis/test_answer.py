@@ -19,7 +19,7 @@ from prb3r.diagnosis.result.tell import tell
 from prb3r.diagnosis.search.experiment import best_experiments
 from prb3r.diagnosis.search.rivals import Rival
 from prb3r.diagnosis.settings import Settings
-from prb3r.present.diagnosis.sentences import confirmation, verdict_sentences
+from prb3r.present.diagnosis.sentences import confirmation, nothing_named, nothing_to_measure, verdict_sentences
 
 KINDS = "gravity", "pulley_friction", "weakened_plate", "precurvature", "tension_offset"
 
@@ -79,6 +79,21 @@ def test_what_is_likely_but_not_named_is_what_to_look_for_where_all_that_is_name
     kinds = [kind for kind in KINDS if sum(p for those, p in probability.items() if kind in those) > 0.5]
     assert [kind for kind in KINDS if kind.replace("_", " ") in said] == kinds
     assert ("no effect needs to be added" in said) == (not kinds)
+
+
+@pytest.mark.parametrize(("share", "kinds"), [(0.09, []), (0.2, ["worn hole"])])
+def test_where_nothing_is_named_what_is_not_ruled_out_is_said_in_the_advice_and_on_the_page(share, kinds):
+    models = [
+        SimpleNamespace(probability=1 - share, effects=()),
+        SimpleNamespace(probability=share, effects=(SimpleNamespace(kind="worn_hole"),)),
+    ]
+    told = {"verdict": "adequate", "setup": (), "rival_blunder": None, "why": "", "effects": (), "heldout": None}
+    told |= {"settings": {}, "share_of_stated": 1.0, "posterior": SimpleNamespace(models=models)}
+    found = SimpleNamespace(**told)
+    assert "no effect needs to be added" in what_to_do(found)
+    for said in (what_to_do(found), nothing_named(found), nothing_to_measure(found)):
+        assert ("worn hole is not ruled out" in said.lower()) == bool(kinds)
+    assert ("Nothing is missing" in nothing_named(found)) != bool(kinds)
 
 
 def disputed():

@@ -62,6 +62,13 @@ def test_what_is_taken_from_an_unexplained_recording_is_said(weak_rig, tmp_path)
         remarks = predict(tmp_path, weak_rig / "same.toml", STEPS, draws=40).remarks
         assert any(remark.startswith("constants alone are taken") for remark in remarks) == said
         assert any(remark.startswith("the recording is unexplained") for remark in remarks)
+    (modulus, *_) = (part for part in named["free"] if part["name"] == "youngs_modulus_pa")
+    filed = constants | {"constants": named["constants"] | {"youngs_modulus_pa": modulus["null"]}}
+    filed |= {"free": [modulus | {"u": 0.0}], "covariance": [[1e-4]]}
+    record["posterior"]["reported"] = filed
+    (tmp_path / "diagnosis.json").write_text(json.dumps(record))
+    remarks = predict(tmp_path, weak_rig / "same.toml", STEPS, draws=40).remarks
+    assert any(remark.startswith("constants alone of the recorded rig's file are taken") for remark in remarks)
 
 
 def test_bands_widen_by_the_share_of_the_way_from_the_straight_manipulator(unexplained):

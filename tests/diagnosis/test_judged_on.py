@@ -1,6 +1,7 @@
 """A diagnosis judged on another recording: what the effects are worth there, and a blunder that both files have."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ from prb3r.diagnosis import stages
 from prb3r.diagnosis.library import SUSPECTS, hypotheses
 from prb3r.diagnosis.result.design_prediction import predict_design
 from prb3r.diagnosis.result.transfer import on_other
-from prb3r.diagnosis.run import diagnosis_of, joint_diagnosis_of
+from prb3r.diagnosis.run import _is_missed, diagnosis_of, joint_diagnosis_of
 from prb3r.recording.recording import Sharing
 
 LOSSY = {"kind": "pulley_friction", "efficiency": 0.85}
@@ -133,6 +134,23 @@ def test_another_recording_that_is_missed_is_said_to_be():
     found = diagnosed_among_few(recorded(Case(seed=3)), [replace(recorded(Case(seed=4)), name="same"), changed])
     missed = [remark for remark in found.remarks if "diagnose it too, or both --together" in remark]
     assert [remark.partition(" is missed by ")[0] for remark in missed] == ["changed"]
+
+
+@pytest.mark.parametrize(
+    ("size", "readings", "common", "missed"),
+    [
+        (1.09, 800, 0.0, True),
+        (1.09, 100, 0.0, False),
+        (1.04, 10**6, 0.0, False),
+        (1.09, 800, 0.1, False),
+        (2.1, 9, 0.1, True),
+    ],
+)
+def test_another_recording_is_missed_where_that_is_no_chance(size, readings, common, missed):
+    """The mean square of 800 readings is 3.8 of its standard deviations, sqrt(2 / 800), above one, that of 100 is 1.3.
+    Where readings share noise, they are fewer than they seem."""
+    noise = SimpleNamespace(common=common, lasting=0.0, serial=0.0)
+    assert _is_missed(size, readings, SimpleNamespace(noise=noise, settings={})) == missed
 
 
 def test_no_recording_is_judged_on_itself():

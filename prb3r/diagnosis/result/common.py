@@ -2,115 +2,28 @@
 whether they agree on these, and what each has of its own."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
-
-import numpy as np
 
 from prb3r.diagnosis.confidence import NORMAL_REACH
 from prb3r.diagnosis.fit.joint import JointModel
 from prb3r.diagnosis.library.joint import SHARED
-from prb3r.diagnosis.result.statements import IN_WORDS, Estimate
+from prb3r.diagnosis.result.diagnosis import Diagnosis
+from prb3r.diagnosis.result.shared_parameter import SharedParameter, shared_parameter_of
+from prb3r.diagnosis.result.statements import Estimate
 from prb3r.diagnosis.search.agreement import (
     ParameterEstimate,
-    SharedParameterEstimates,
+    chance_of_one_value,
     log_bayes_factor,
     shared_parameters,
 )
 from prb3r.diagnosis.search.together import Together
-from prb3r.diagnosis.settings.sharing import SharingSettings
+from prb3r.diagnosis.settings import Settings
 from prb3r.markdown import listed, quoted
-from prb3r.quantities import describe, name_in_words
 from prb3r.runs.files import ensure_writable, write_json
 
 TOGETHER_FILE = "together.json"
-CONSTANT_FILES = {"log_stiffness": "youngs_modulus_pa", "log_friction": "friction_coefficient"}
-"""Names in files of the constants that rigs may share."""
-
-
-@dataclass(frozen=True)
-class SharedParameter:
-    """A parameter that several recordings share."""
-
-    effect: str
-    """Name of the effect that the parameter belongs to; empty for a constant."""
-    parameter: str
-    """Name of the parameter, as files have it."""
-    recordings: tuple[str, ...]
-    """Names of the recordings that share the parameter."""
-    together: Estimate
-    """From all recordings together."""
-    alone: tuple[Estimate, ...]
-    """From each of `recordings` alone with the same effects; without an interval where it does not tell the
-    parameter."""
-    p: float
-    """Chance of values `alone` at least that far apart, if the parameter is the same on all rigs."""
-    agrees: bool
-    """Whether `p` raises no alarm and no rig has a value of its own."""
-    probability: float
-    """Probability that the parameter is the same on all rigs, over the surviving joint models."""
-    own: tuple[str, ...]
-    """Recordings whose rig has a value of its own after all."""
-    made_up_by: tuple[Mapping[str, str | float], ...] = ()
-    """Where the recordings disagree, effects of single rigs in joint models with one value nevertheless, each with the
-    `recording` and its `probability` among these models (`Settings.told_presence`), the most probable first."""
-    settings: SharingSettings = SharingSettings()
-    """Limits for what is said of sharing."""
-
-    @property
-    def compared(self) -> bool:
-        """Whether two recordings or more tell the parameter alone, without which none can agree with another."""
-        return sum(estimate.low is not None for estimate in self.alone) > 1
-
-    @property
-    def quantity(self) -> str:
-        """The parameter and its effect in words; the effect alone where its name says what it is measured by."""
-        words, effect = self._in_words[0], self.effect.replace("_", " ")
-        if not effect:
-            return words
-        measure = words.split()[-1]  # a lone letter, as of a direction, names nothing
-        return f"the {effect}" if len(measure) > 1 and measure in effect else f"{words} of {effect}"
-
-    @property
-    def _in_words(self) -> tuple[str, float, str]:
-        """The parameter in words, without its effect, and the factor and unit in which people read it."""
-        plain = (
-            f"the {name_in_words(self.parameter).lower()}",
-            1.0,
-            f" {describe(self.parameter).unit}".removesuffix(" 1"),
-        )
-        return IN_WORDS.get(self.parameter, plain)
-
-    @property
-    def statement(self) -> str:
-        """Whether the recordings agree on the parameter, as two that tell it can, with its values, in a sentence."""
-        quantity, (_, factor, unit) = self.quantity, self._in_words
-        said = [
-            f"{estimate.times(factor)}{unit} on {name}" if estimate.low is not None else f"not told by {name} alone"
-            for name, estimate in zip(quoted(self.recordings), self.alone, strict=True)
-        ]
-        if not self.agrees:
-            told = f"The recordings, each by itself, do not agree on {quantity}: {' against '.join(said)}."
-            possible = self.probability > self.settings.imitated_probability
-            return told + (f" {self._shared_all_the_same}" if possible else "")
-        how = f"The recordings agree on {quantity}"
-        if not self.compared:
-            how = f"No two recordings tell {quantity}, so that none contradicts another"
-        return f"{how}: {self.together.times(factor)}{unit} together, {', '.join(said)}."
-
-    @property
-    def _shared_all_the_same(self) -> str:
-        """A sentence on how probable one value for all rigs still is, where the recordings, each by itself, tell
-        different ones."""
-        how = "All joint models that are left have one value"
-        if self.probability <= self.settings.all_probability:
-            how = f"Joint models with one value have {100 * self.probability:.0f} % of the probability"
-        by = []
-        for one in self.made_up_by:
-            effect = str(one["effect"]).replace("_", " ")
-            by.append(f"{effect} of {one['recording']} ({100 * float(one['probability']):.0f} % of them)")
-        return f"{how}: {listed(by) if by else 'an effect of one rig'} can make up the difference."
 
 
 @dataclass(frozen=True)
@@ -131,9 +44,10 @@ class Common:
     """What is not shared and why, and the suppositions that sharing rests on."""
     unexplained: tuple[str, ...] = ()
     """Recordings that are not explained, so that what they tell of shared parameters rests on models that miss them."""
-    apart: Mapping[str, Mapping[str, Estimate]] = field(default_factory=dict)
-    """By name, effects with one size that several rigs have, each its own: the size by the recording."""
-    settings: SharingSettings = SharingSettings()
+    own_sizes: Mapping[str, Mapping[str, Estimate]] = field(default_factory=dict)
+    """By name, effects with one parameter that several rigs have, each its own: the value by the recording, in the unit
+    of files."""
+    settings: Settings = Settings()
 
     @property
     def sentences(self) -> Iterator[str]:
@@ -173,11 +87,22 @@ class Common:
 
     def _sizes(self, effect: str) -> str:
         """The sizes that several rigs have of an effect, and whether they agree, in brackets; empty where unknown."""
-        sizes = self.apart.get(effect, {})
-        if len(sizes) < 2:
+        sizes = self.own_sizes.get(effect, {})
+        if not sizes:
             return ""
         told = [f"{size} on {name}" for name, size in zip(quoted(tuple(sizes)), sizes.values(), strict=True)]
-        return f" ({', '.join(told)}{', which agree' * _are_alike(tuple(sizes.values()))})"
+        return f" ({', '.join(told)}{self._whether_alike(tuple(sizes.values()))})"
+
+    def _whether_alike(self, sizes: Sequence[Estimate]) -> str:
+        """Whether sizes agree, as a clause; empty where one has no interval."""
+        known = [
+            ParameterEstimate(size.value, (size.high - size.low) / (2 * NORMAL_REACH))
+            for size in sizes
+            if size.low is not None and size.high is not None
+        ]
+        if len(known) < len(sizes):
+            return ""
+        return ", which agree" if chance_of_one_value(known) >= self.settings.alarm_rate else ", which do not agree"
 
     def _by_owners(self) -> dict[tuple[str, ...], list[str]]:
         """Names of the effects that are neither of the material nor of its friction, by the recordings whose rigs have
@@ -197,30 +122,15 @@ class Common:
             "schema": 1,
             "recordings": list(self.recordings),
             "log_bayes_factor": self.log_bayes_factor,
-            "shared": [_plain_parameter(parameter) for parameter in self.shared],
+            "shared": [parameter.as_json() for parameter in self.shared],
             "own": {name: list(effects) for name, effects in self.own.items()},
             "unshared": {effect: list(owners) for effect, owners in self.unshared.items()},
             "unexplained": list(self.unexplained),
-            "apart": {effect: {k: size.record for k, size in sizes.items()} for effect, sizes in self.apart.items()},
+            "own_sizes": {
+                effect: {name: size.record for name, size in sizes.items()} for effect, sizes in self.own_sizes.items()
+            },
             "statements": list(self.sentences),
         }
-
-
-def _are_alike(sizes: Sequence[Estimate]) -> bool:
-    """Whether sizes lie no farther apart than their intervals, taken as independent, allow."""
-    reach = [0.0 if size.low is None or size.high is None else (size.high - size.low) / 2 for size in sizes]
-    return all(
-        abs(one.value - other.value) <= np.hypot(reach[i], reach[k])
-        for i, one in enumerate(sizes)
-        for k, other in enumerate(sizes)
-    )
-
-
-def _plain_parameter(parameter: SharedParameter) -> dict[str, Any]:
-    """A shared parameter as `together.json` holds it, with its sentence."""
-    plain = {field.name: getattr(parameter, field.name) for field in fields(parameter) if field.name != "settings"}
-    plain |= {"together": parameter.together.record, "alone": [each.record for each in parameter.alone]}
-    return plain | {"statement": parameter.statement}
 
 
 def common_of(together: Together, names: Sequence[str]) -> Common:
@@ -228,7 +138,7 @@ def common_of(together: Together, names: Sequence[str]) -> Common:
     model = together.fitted.model
     return Common(
         recordings=tuple(names),
-        shared=tuple(_shared(compared, together, names) for compared in shared_parameters(together)),
+        shared=tuple(shared_parameter_of(compared, together, names) for compared in shared_parameters(together)),
         own={name: tuple(_own(model, rig)) for rig, name in enumerate(names)},
         unshared=_unshared(together, names),
         log_bayes_factor=float(log_bayes_factor(together)),
@@ -258,64 +168,15 @@ def _unshared(together: Together, names: Sequence[str]) -> dict[str, tuple[str, 
     return owners
 
 
-def _shared(compared: SharedParameterEstimates, together: Together, names: Sequence[str]) -> SharedParameter:
-    """A compared parameter in its unit, with what is concluded on sharing it."""
-    settings = together.fitted.model.settings
-    file_name = CONSTANT_FILES.get(compared.name, compared.name)
-
-    def estimate(told: ParameterEstimate) -> Estimate:
-        reach = NORMAL_REACH * told.sd if np.isfinite(told.sd) else 0.0
-        ends = [told.u, told.u - reach, told.u + reach]
-        if compared.free is None:
-            rig = together.fitted.model.rigs[compared.rigs[0]]
-            nominal, bounds = rig.recording.manipulator, rig.widest[compared.name]
-            value = nominal.youngs_modulus_pa if compared.name == "log_stiffness" else nominal.friction.coefficient
-            values = [float(value * np.exp(end)) for end in np.clip(ends, *bounds)]
-            open_ends = ends[1] <= bounds[0], ends[2] >= bounds[1]
-        else:
-            values = [compared.free.value(end) for end in ends]
-            open_ends = compared.free.open_ends(*sorted(values[1:]))
-        low, high = sorted(values[1:])
-        return Estimate(values[0], low, high, open_ends) if reach else Estimate(values[0])
-
-    agrees = not compared.parted and compared.p >= settings.alarm_rate
-    return SharedParameter(
-        effect=compared.effect,
-        parameter=file_name,
-        recordings=tuple(names[rig] for rig in compared.rigs),
-        together=estimate(compared.joint),
-        alone=tuple(estimate(told) for told in compared.alone),
-        p=compared.p,
-        agrees=agrees,
-        probability=together.shared_probability(compared.effect, compared.name),
-        own=tuple(names[rig] for rig in compared.parted),
-        made_up_by=() if agrees else tuple(_made_up_by(compared, together, names)),
-        settings=settings,
-    )
-
-
-def _made_up_by(
-    compared: SharedParameterEstimates, together: Together, names: Sequence[str]
-) -> Iterator[Mapping[str, str | float]]:
-    """The effects of single rigs that joint models with one value of a parameter have and others mostly lack, as of
-    `SharedParameter.made_up_by`."""
-    least = together.fitted.model.settings.told_presence
-
-    def presence(one_value: bool) -> dict[tuple[str, str], float]:
-        """Probability of each effect of a rig alone, among the joint models with one value or among all others."""
-        found = dict[tuple[str, str], float]()
-        models = [s for s in together.survivors if together.shares(s, compared.effect, compared.name) == one_value]
-        for survivor in models:
-            effects: frozenset[Any] = survivor.effects
-            for key in {(one.kind, names[one.rigs[0]]) for one in effects if one.first and len(one.rigs) == 1}:
-                found[key] = found.get(key, 0.0) + survivor.probability
-        total = sum(survivor.probability for survivor in models)
-        return {key: share / total for key, share in found.items()}
-
-    without = presence(False)
-    for (kind, name), share in sorted(presence(True).items(), key=lambda pair: -pair[1]):
-        if share - without.get((kind, name), 0.0) >= least:
-            yield {"effect": kind, "recording": name, "probability": share}
+def own_sizes_of(common: Common, diagnoses: Sequence[Diagnosis]) -> Mapping[str, Mapping[str, Estimate]]:
+    """The sizes that the `diagnoses` tell of effects that several rigs have, as of `Common.own_sizes`."""
+    sizes = dict[str, dict[str, Estimate]]()
+    for diagnosis in diagnoses:
+        for effect in diagnosis.effects:
+            if effect.name in common.own.get(diagnosis.name, ()) and len(effect.parameters) == 1:
+                (size,) = effect.parameters.values()
+                sizes.setdefault(effect.name, {})[diagnosis.name] = size
+    return {name: each for name, each in sizes.items() if len(each) > 1}
 
 
 def write_common(common: Common, folder: str | Path) -> Path:

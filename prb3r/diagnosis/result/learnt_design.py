@@ -120,7 +120,8 @@ class LearntDesign:
         found = any(model.named and model.effects for model in self.known.models)
         if found and self.posterior.rests_on_constants:
             where = "" if self.recorded else ", or not without what stays behind"
-            remarks.insert(0, f"constants alone are taken: the effects found do not predict better{where}")
+            whose = " of the recorded rig's file" if self.posterior.rests_on_the_file else ""
+            remarks.insert(0, f"constants alone{whose} are taken: the effects found do not predict better{where}")
         if again := [effect_in_words(effect) for effect in self.given.effect if effect not in self.bare.effect]:
             remarks.insert(0, f"the design's file has {listed(again)} from this diagnosis already, which counts once")
         return remarks

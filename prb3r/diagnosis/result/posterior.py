@@ -202,6 +202,12 @@ class Posterior(Strict):
         return self.discrepancy is not None and not self.models[0].effects
 
     @property
+    def rests_on_the_file(self) -> bool:
+        """Whether predictions rest on the constants of the recorded rig's file as they are, which no fit has moved."""
+        best = self.models[0].best
+        return self.rests_on_constants and len(best) > 0 and not best.any()
+
+    @property
     def discrepancy(self) -> Discrepancy | None:
         """Between the most probable model and the rig, where the recording is unexplained."""
         return self.models[0].discrepancy

@@ -1,6 +1,6 @@
 """Whether recordings agree: shared parameters estimated from each recording alone, and the Bayes factor of sharing."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -23,6 +23,15 @@ class ParameterEstimate(NamedTuple):
     """Standard deviation of `u`; infinite where the readings do not tell it (`Settings.untold_share`)."""
 
 
+def chance_of_one_value(estimates: Sequence[ParameterEstimate]) -> float:
+    """p-value of the chi-square test that independent estimates are of one value; 1 if fewer than two determine it."""
+    known = np.array([told for told in estimates if np.isfinite(told.sd)])
+    if len(known) < 2:
+        return 1.0
+    value, weight = known[:, 0], known[:, 1] ** -2
+    return float(chi2_tail(weight @ (value - weight @ value / weight.sum()) ** 2, len(known) - 1))
+
+
 class SharedParameterEstimates(NamedTuple):
     """A shared parameter: estimates from all recordings together, and from each alone with the same effects."""
 
@@ -42,12 +51,8 @@ class SharedParameterEstimates(NamedTuple):
 
     @property
     def p(self) -> float:
-        """p-value of the chi-square test that recordings have the same value; 1 if fewer than two determine it."""
-        known = np.array([told for told in self.alone if np.isfinite(told.sd)])
-        if len(known) < 2:
-            return 1.0
-        value, weight = known[:, 0], known[:, 1] ** -2
-        return float(chi2_tail(weight @ (value - weight @ value / weight.sum()) ** 2, len(known) - 1))
+        """Chance of values so far apart if all rigs have one (:func:`chance_of_one_value`)."""
+        return chance_of_one_value(self.alone)
 
 
 def shared_parameters(together: Together) -> Iterator[SharedParameterEstimates]:

@@ -8,8 +8,9 @@ from typing import Any
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from prb3r.diagnosis.result.common import Common, SharedParameter
+from prb3r.diagnosis.result.common import Common
 from prb3r.diagnosis.result.diagnosis import Diagnosis
+from prb3r.diagnosis.result.shared_parameter import SharedParameter
 from prb3r.diagnosis.result.statements import IN_WORDS
 from prb3r.markdown import listed, quoted
 from prb3r.present import rc, style
