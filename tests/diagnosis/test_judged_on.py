@@ -12,9 +12,11 @@ from prb3r import SpecError
 from prb3r.diagnosis import stages
 from prb3r.diagnosis.library import SUSPECTS, hypotheses
 from prb3r.diagnosis.result.design_prediction import predict_design
+from prb3r.diagnosis.result.other_recordings import is_missed
+from prb3r.diagnosis.result.rig_remarks import off_drawing
 from prb3r.diagnosis.result.transfer import on_other
-from prb3r.diagnosis.run import _is_missed, diagnosis_of, joint_diagnosis_of
-from prb3r.recording.recording import Sharing
+from prb3r.diagnosis.run import diagnosis_of, joint_diagnosis_of
+from prb3r.recording.recording import Sharing, Tolerance
 
 LOSSY = {"kind": "pulley_friction", "efficiency": 0.85}
 HIDDEN = tuple(tuple(effect.items()) for effect in (LOSSY, WEAK))
@@ -33,6 +35,11 @@ def turned(recording):
 
 def other(seed=4):
     return replace(recorded(Case(hidden=HIDDEN, seed=seed)), name="the other")
+
+
+def as_workshops_make(recording):
+    """With the tolerances of a file that states none."""
+    return replace(recording, tolerance=Tolerance())
 
 
 def diagnosed_among_few(recording, holdout):
@@ -136,6 +143,28 @@ def test_another_recording_that_is_missed_is_said_to_be():
     assert [remark.partition(" is missed by ")[0] for remark in missed] == ["changed"]
 
 
+def test_a_part_that_was_changed_is_named():
+    """Plate 2 was changed for one of 0.85 times the stiffness, in a recording that is else as the diagnosed one."""
+    changed = (("kind", "weakened_plate"), ("plate", 2), ("factor", 0.85))
+    odd = on_other(diagnosed(), as_workshops_make(recorded(Case(hidden=(tuple(WEAK.items()), changed), seed=5)))).odd
+    assert odd.name == "plate 2 stiffness"
+    assert np.exp(odd.size) == pytest.approx(0.85, abs=0.03)
+    assert odd.suffices
+    assert off_drawing(odd).startswith("plate 2 stiffness about 0.8")
+
+
+def test_one_part_does_not_make_up_for_two():
+    changed = ((("kind", "weakened_plate"), ("plate", plate), ("factor", 0.6)) for plate in (2, 6))
+    odd = on_other(diagnosed(), as_workshops_make(recorded(Case(hidden=(tuple(WEAK.items()), *changed), seed=5)))).odd
+    assert odd.name in ("plate 2 stiffness", "plate 6 stiffness")
+    assert not odd.suffices
+
+
+def test_no_part_is_named_of_the_same_rig_on_another_day():
+    for seed in range(4, 10):
+        assert on_other(diagnosed(), as_workshops_make(recorded(Case(seed=seed)))).odd is None
+
+
 @pytest.mark.parametrize(
     ("size", "readings", "common", "missed"),
     [
@@ -150,7 +179,7 @@ def test_another_recording_is_missed_where_that_is_no_chance(size, readings, com
     """The mean square of 800 readings is 3.8 of its standard deviations, sqrt(2 / 800), above one, that of 100 is 1.3.
     Where readings share noise, they are fewer than they seem."""
     noise = SimpleNamespace(common=common, lasting=0.0, serial=0.0)
-    assert _is_missed(size, readings, SimpleNamespace(noise=noise, settings={})) == missed
+    assert is_missed(size, readings, SimpleNamespace(noise=noise, settings={})) == missed
 
 
 def test_no_recording_is_judged_on_itself():

@@ -25,6 +25,8 @@ MARKER = "marker "
 """Beginning of the names of the tolerances of markers."""
 IN_M, IN_RAD = ", m", ", rad"
 """Endings of the names of the tolerances of markers: their units."""
+STIFFNESS = " stiffness"
+"""Ending of the names of the tolerances of stiffnesses, whose logarithms they are."""
 TOLERANCE_STEP = 0.01
 """Step of a tolerance for central differences, in its standard deviations."""
 FLAT_PRIOR_SHARE = 1e-9
@@ -126,7 +128,7 @@ def mechanical_tolerances(
         if len(rows) > 1:
             yield MechanicalTolerance(f"segment.{number}.length_m", length, _longer(rows))
         for plate in rows:
-            yield MechanicalTolerance(f"plate {plate + 1} stiffness", stiffness, _stiffer(plate))
+            yield MechanicalTolerance(f"plate {plate + 1}{STIFFNESS}", stiffness, _stiffer(plate))
             yield MechanicalTolerance(f"plate {plate + 1} length_m", length, _longer(plate))
     for j in np.flatnonzero(pulled & np.abs(chain.offset).any(0)).tolist():
         name, crossed = manipulator.cable_names[j], plates[: chain.reach[j]]
@@ -139,7 +141,7 @@ def mechanical_tolerances(
 
 def stiffness_of(segment: int) -> str:
     """The name of the tolerance of the stiffness of a segment, counted from 1, as a whole."""
-    return f"segment.{segment} stiffness"
+    return f"segment.{segment}{STIFFNESS}"
 
 
 def _stiffer(rows: np.ndarray) -> Callable[[Chain, float], Chain]:

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from prb3r.diagnosis.checks.odd_part import OddPart
 from prb3r.diagnosis.checks.repeats import Scatter
 from prb3r.diagnosis.checks.tolerated import tolerances_told
 from prb3r.diagnosis.checks.unseen import ALL_MARKERS, Unseen
@@ -15,7 +16,7 @@ from prb3r.diagnosis.evidence.model_evidence import AT_BOUND
 from prb3r.diagnosis.evidence.noise_level import EstimatedLevel
 from prb3r.diagnosis.evidence.outliers import Doubts, NotedWeight
 from prb3r.diagnosis.fit.model import Fit
-from prb3r.diagnosis.fit.tolerance import IN_RAD, MARKER, EstimatedTolerances, without_unit
+from prb3r.diagnosis.fit.tolerance import IN_RAD, MARKER, STIFFNESS, EstimatedTolerances, without_unit
 from prb3r.diagnosis.library.contact import is_impossible, rim_of
 from prb3r.diagnosis.library.hypothesis import Free, Hypothesis
 from prb3r.diagnosis.settings import Settings
@@ -176,6 +177,16 @@ def beyond_tolerance(told: EstimatedTolerances, settings: Settings) -> list[str]
         return []
     more = f" and {len(parts) - PARTS_NAMED} more" if len(parts) > PARTS_NAMED else ""
     return [f"off its drawing: {', '.join(parts[:PARTS_NAMED])}{more}: measure it, or look for what moves it"]
+
+
+def off_drawing(odd: OddPart) -> str:
+    """A part and by how much it is not as drawn, such as "plate 4 stiffness about 0.76 times that drawn"."""
+    name = without_unit(odd.name)
+    if name.endswith(STIFFNESS):
+        return f"{name} about {np.exp(odd.size):.2g} times that drawn"
+    if odd.name.endswith(IN_RAD):
+        return f"{name} off by about {180 / np.pi * odd.size:.2g} degrees"
+    return f"{name.removesuffix('_m')} off by about {1e3 * odd.size:.2g} mm"
 
 
 def off_as_drawn(fresh: Unseen | None, fitted: Fit, reported: Fit) -> list[str]:

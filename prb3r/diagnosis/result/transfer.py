@@ -13,8 +13,9 @@ from typing import Any
 import numpy as np
 
 from prb3r.diagnosis.checks.heldout import HeldOut, compared, is_shown, noise_under
+from prb3r.diagnosis.checks.odd_part import OddPart, odd_part
 from prb3r.diagnosis.fit.constants import FRAME, Constants
-from prb3r.diagnosis.fit.covariance import Noise
+from prb3r.diagnosis.fit.covariance import Noise, NoiseLevel
 from prb3r.diagnosis.fit.least_squares import fit
 from prb3r.diagnosis.fit.model import Model
 from prb3r.diagnosis.fit.prediction import Predictor, predictor
@@ -67,6 +68,8 @@ class Carried:
     """Effects and constants that could not be carried over, each with the reason."""
     of_the_bench: tuple[str, ...]
     """In words those of the effects that were carried over because it stands on the bench of the diagnosed rig."""
+    odd: OddPart | None
+    """The part of its rig that is not as drawn, if one is not."""
 
 
 def on_other(diagnosis: Diagnosis, recording: Recording) -> Carried:
@@ -119,6 +122,21 @@ def on_other(diagnosis: Diagnosis, recording: Recording) -> Carried:
             *constants_left_behind(nominal, other, named.effects),
         ),
         of_the_bench=tuple(dict.fromkeys(effect_in_words(effect) for effect in carried if effect not in elsewhere)),
+        odd=odd_part(predict, after, tuple(map(given, carried)), _at_least_as_stated(diagnosis)),
+    )
+
+
+def _at_least_as_stated(diagnosis: Diagnosis) -> NoiseLevel:
+    """The level of the noise that the diagnosed recording shows, or the stated one where that is larger."""
+    found = diagnosis.noise
+    return NoiseLevel(
+        max(found.scale, 1.0),
+        found.common,
+        found.reach,
+        max(found.tension_scale, 1.0),
+        found.lasting,
+        found.serial,
+        found.span,
     )
 
 
