@@ -128,7 +128,7 @@ NOMENCLATURE = {
             "lowest_eigenvalue_n_m_per_rad",
             "λ_min",
             "N m/rad",
-            "lowest eigenvalue of the tangent stiffness, over all load steps; negative on an unstable branch",
+            "lowest real part of the tangent's eigenvalues, over all load steps; negative on an unstable branch",
         ),
         Quantity(
             "limit_load_factor",

@@ -2,6 +2,7 @@
 beside the code that needs it."""
 
 import ast
+import re
 from pathlib import Path
 
 import pytest
@@ -55,6 +56,17 @@ def test_every_setting_says_what_it_means(path):
 
 def test_a_setting_without_a_word_is_seen():
     assert list(undescribed('class A:\n    b: int = 1\n    c: int = 2\n    """Two."""\n    d: int\n')) == ["b", "d"]
+
+
+def test_every_setting_is_read():
+    """By its name, in some other file: a number that nothing depends on would be listed in every result."""
+    texts = {path: path.read_text() for path in ROOT.rglob("*.py")}
+    for path in FILES:
+        others = " ".join(text for other, text in texts.items() if other != path)
+        read = set(re.findall(r"\.(\w+)", others))
+        parts = [part for part in ast.parse(texts[path]).body if isinstance(part, ast.ClassDef)]
+        fields = {field.target.id for part in parts for field in part.body if isinstance(field, ast.AnnAssign)}
+        assert fields <= read, (path, fields - read)
 
 
 def test_every_number_beside_the_code_says_what_it_means():

@@ -33,6 +33,12 @@ def chi2_critical(rate: Numbers, freedom: Numbers) -> Numbers:
     return chdtri(freedom, rate)
 
 
+def exceeded(ordered: np.ndarray, score: Numbers) -> Numbers:
+    """The p-value of a score among simulated ones, `ordered` upward: the share that is as large or larger, where the
+    score itself counts as one more."""
+    return (len(ordered) - np.searchsorted(ordered, score) + 1) / (len(ordered) + 1)
+
+
 def f_tail(ratio: Numbers, above: Numbers, below: Numbers) -> Numbers:
     """Probability that Fisher's F exceeds `ratio`, with `above` degrees of freedom in its numerator and `below` in its
     denominator."""

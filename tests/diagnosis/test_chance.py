@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.stats import chi2, norm
 
-from prb3r.diagnosis.chance import chi2_critical, chi2_tail, normal_critical, normal_tail
+from prb3r.diagnosis.chance import chi2_critical, chi2_tail, exceeded, normal_critical, normal_tail
 from prb3r.diagnosis.checks.setup.robust import expected_loss
 
 RATES = np.array([1e-300, 1e-12, 0.001, 0.025, 0.5, 0.99])
@@ -34,3 +34,9 @@ def test_a_process_that_diagnoses_begins_without_what_takes_long_to_import():
     code = "import sys, prb3r.diagnosis.stages; print(*({'scipy.stats', 'scipy.optimize'} & set(sys.modules)))"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60)
     assert done.stdout.split() == []
+
+
+def test_every_rank_among_simulated_scores_is_as_probable_as_any_other():
+    """So the p-value of a score of the same law is at most k / (n + 1) in that share of cases, ties counted fully."""
+    drawn = np.array([1.0, 2.0, 2.0, 3.0])
+    assert exceeded(drawn, np.array([0.0, 2.0, 2.5, 3.0, 4.0])).tolist() == [1.0, 0.8, 0.4, 0.4, 0.2]

@@ -4,14 +4,28 @@ from dataclasses import replace
 from itertools import pairwise
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 from prb3r.diagnosis.result.common import Common
 from prb3r.diagnosis.result.shared_parameter import EffectOfOneRig, SharedParameter, effects_that_make_up
 from prb3r.diagnosis.result.statements import Estimate
+from prb3r.diagnosis.search.agreement import ParameterEstimate, chance_of_one_value
 from prb3r.diagnosis.search.together import Together
 from prb3r.diagnosis.settings import Settings
 from prb3r.present.diagnosis.together import shared_figure, shared_table
+
+
+@pytest.mark.parametrize("reading", [0.02, 0.05, 0.1, 1.0])
+def test_of_rigs_of_one_value_one_in_a_hundred_pairs_disagrees_at_a_hundredth(reading):
+    """However much of either estimate is the prior that both have: values of readings shrink toward its centre by the
+    share that it has of their information."""
+    prior, rng = 0.05, np.random.default_rng(1)
+    share = prior**2 / (prior**2 + reading**2)
+    sd = reading * share**0.5
+    found = share * (0.03 + reading * rng.standard_normal((4000, 2)))
+    rare = [chance_of_one_value([ParameterEstimate(u, sd, prior) for u in pair]) < 0.01 for pair in found]
+    assert np.mean(rare) == pytest.approx(0.01, abs=0.005)  # three standard deviations of 4000
 
 
 @pytest.mark.parametrize(

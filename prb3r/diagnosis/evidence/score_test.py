@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from prb3r.diagnosis.chance import chi2_tail, normal_critical, normal_tail
+from prb3r.diagnosis.chance import chi2_tail, exceeded, normal_critical, normal_tail
 from prb3r.diagnosis.evidence.linearised import moved_readings, probes_of
 from prb3r.diagnosis.fit.basis import all_at_once, basis_of, left_singular, projected_out
 from prb3r.diagnosis.fit.model import Fit
@@ -144,7 +144,7 @@ class Scores:
         """The p-value of the largest z: the chance that a right model has one as large or larger."""
         if not len(self.drawn):
             return float(2 * normal_tail(self.largest))
-        return float((len(self.drawn) - np.searchsorted(self.drawn, self.largest) + 1) / (len(self.drawn) + 1))
+        return float(exceeded(self.drawn, self.largest))
 
     @property
     def largest(self) -> float:

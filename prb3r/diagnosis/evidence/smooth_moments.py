@@ -20,6 +20,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from prb3r.diagnosis.chance import exceeded
 from prb3r.diagnosis.fit.basis import basis_of, left_singular
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.fit.prediction import Solution
@@ -50,7 +51,7 @@ def chance_of_smooth_moments(fitted: Fit, seed: int) -> float:
 
     Parameters
     ----------
-    seed : seed of the `Settings.draws` residuals that are drawn; the chance is no smaller than one of them.
+    seed : seed of the n = `Settings.draws` residuals that are drawn; the smallest p-value there is is 1 / (n + 1).
     """
     settings, count = fitted.model.settings, fitted.recording.readings.count
     explained = basis_of(fitted.jacobian[:count])
@@ -69,14 +70,9 @@ def chance_of_smooth_moments(fitted: Fit, seed: int) -> float:
             weights = field.weights(known)
             score, usual = weights @ along / (left @ left), weights @ by_chance / square
             ordered = np.sort(usual)
-            rarest = np.minimum(rarest, _exceeded(ordered, usual))
-            seen = min(seen, float(_exceeded(ordered, score)))
-    return float(np.mean(rarest <= seen)) if seen > rarest.min() else 1 / (settings.draws + 1)
-
-
-def _exceeded(ordered: np.ndarray, score: np.ndarray | float) -> np.ndarray:
-    """Share of the draws, `ordered` upward, that are as large as a score or larger; the score counts as a draw."""
-    return (len(ordered) - np.searchsorted(ordered, score) + 1) / (len(ordered) + 1)
+            rarest = np.minimum(rarest, exceeded(ordered, usual))
+            seen = min(seen, float(exceeded(ordered, score)))
+    return float(exceeded(np.sort(-rarest), -seen))
 
 
 def _fields(fitted: Fit, explained: np.ndarray) -> Iterator[Field]:

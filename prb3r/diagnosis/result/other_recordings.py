@@ -77,11 +77,11 @@ def is_missed(size: float, readings: int, diagnosis: Diagnosis) -> bool:
     """Whether an error of `size`, in units of what noise and tolerances allow, is one.
 
     It is if it comes by chance in fewer than `Settings.naming_rate` of recordings; where readings of the diagnosed
-    recording share noise, so that they are fewer than they seem, beyond `Settings.misleading`.
+    recording share noise, so that they are fewer than they seem, beyond `Settings.missed_in_shared_noise`.
     """
     settings, noise = Settings(**diagnosis.settings), diagnosis.noise
     if max(noise.common, noise.lasting, noise.serial) > 0:
-        return size > settings.misleading
+        return size > settings.missed_in_shared_noise
     return size > NOTICED and (not readings or chi2_tail(size**2 * readings, readings) < settings.naming_rate)
 
 

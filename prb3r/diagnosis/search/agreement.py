@@ -21,14 +21,25 @@ class ParameterEstimate(NamedTuple):
     u: float
     sd: float
     """Standard deviation of `u`; infinite where the readings do not tell it (`Settings.untold_share`)."""
+    prior_sd: float = np.inf
+    """Standard deviation of the prior around 0 that both contain; infinite: none."""
+
+    @property
+    def by_readings(self) -> tuple[float, float]:
+        """Value and variance that the readings give by themselves, without the prior."""
+        information = self.sd**-2 - self.prior_sd**-2
+        return self.u * self.sd**-2 / information, 1 / information
 
 
 def chance_of_one_value(estimates: Sequence[ParameterEstimate]) -> float:
-    """p-value of the chi-square test that independent estimates are of one value; 1 if fewer than two determine it."""
-    known = np.array([told for told in estimates if np.isfinite(told.sd)])
+    """p-value of the chi-square test that estimates are of one value; 1 if fewer than two determine it.
+
+    The prior, which all of them contain, is taken out, so that they are independent.
+    """
+    known = np.array([told.by_readings for told in estimates if np.isfinite(told.sd)])
     if len(known) < 2:
         return 1.0
-    value, weight = known[:, 0], known[:, 1] ** -2
+    value, weight = known[:, 0], 1 / known[:, 1]
     return float(chi2_tail(weight @ (value - weight @ value / weight.sum()) ** 2, len(known) - 1))
 
 
@@ -65,8 +76,9 @@ def shared_parameters(together: Together) -> Iterator[SharedParameterEstimates]:
 
     def told(rig: int, row: int) -> ParameterEstimate:
         single, sd = alone[rig], float(deviations[rig][row])
-        untold = sd > single.model.settings.untold_share * single.model.deviations[row]
-        return ParameterEstimate(float(single.p[row]), np.inf if untold else sd)
+        prior_sd = float(single.model.deviations[row])
+        untold = sd > single.model.settings.untold_share * prior_sd
+        return ParameterEstimate(float(single.p[row]), np.inf if untold else sd, prior_sd)
 
     def joint(column: int) -> ParameterEstimate:
         return ParameterEstimate(float(fitted.p[column]), float(np.sqrt(covariance[column, column])))

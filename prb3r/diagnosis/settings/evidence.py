@@ -33,16 +33,11 @@ class EvidenceSettings:
     contradicted_sd: float = 3.0
     """Prior standard deviations from nothing beyond which a parameter of an effect is tested without its prior, which
     the readings contradict.  Choice: by chance once in 370."""
-    refuted_rise: float = 10.0
-    """Rise of chi-square on held-out readings at which what was named is taken back.  The same scale."""
     likelihood_ratio: float = 20.0
     """A rival is listed while it is at most so much less likely than what is named, and a law outside the library takes
     the place of effects that it is so much likelier than.  "Strong" on the scale of Kass and Raftery."""
     hopeless_rise: float = 40.0
     """A rival that fits worse by so much in chi-square is none, whatever its linearised distance.  Choice: a likelihood
     ratio of 5e8."""
-    exchange_fall: float = 2.0
-    """Fall of cost for which an effect is exchanged for another one.  The price of a parameter by
-    Akaike, IEEE Trans. Autom. Control 19 (1974) 716."""
     far_from_one: float = 1.5
     """Reduced chi-square from which on no interval is printed.  Choice: the error bars would be a fifth too small."""

@@ -38,8 +38,6 @@ class FitsSettings:
     """Largest factor on stiffness or friction, either way: further off the manipulator is another one.  Choice."""
     start_factors: tuple[float, ...] = (1, 0.7, 1.4, 0.5, 2, 3, 5, 8, 12)
     """Stiffnesses from which calibration begins until one has an equilibrium.  Choice."""
-    softer: tuple[float, ...] = (0.35, 0.7)
-    """Falls of ln stiffness that a fit begins from too where softer plates alone have no equilibrium.  Choice."""
     far_stated_sd: float = 3.0
     """Stated standard deviations from which on a constant contradicts what is stated of it: by chance once in 370."""
     misstated: float = 0.1
@@ -51,10 +49,6 @@ class FitsSettings:
     wider_marker: float = 10.0
     """How many times as wide that one is, and one of places that is tried.  Choice: three degrees in the place of 0.3,
     or a few millimetres in the place of some tenths, which are seen by eye."""
-    pinned_fall: float = 0.1
-    """Fall of ln stiffness at which a fit without equilibrium there counts as pinned.  Choice."""
-    strong_effect: float = 0.2
-    """Size of an effect that such a fit begins with, in its own scale.  Choice."""
     profile_trials: int = 5
     """Refits on either side of a profile at most.  Choice, for time."""
     profile_error: float = 0.1

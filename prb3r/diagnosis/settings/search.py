@@ -73,8 +73,8 @@ class SearchSettings:
     later_expansions: int = 4
     """The same once the noise was renewed.  Choice, for time."""
     simpler_reach: float = 3.0
-    """A part of the most probable model is chosen instead if its ln evidence is at most so much lower: an odds ratio of
-    20, "strong" (Kass and Raftery), is asked of every effect that is named."""
+    """A part of the most probable model is chosen instead if its ln evidence is at most so much lower: posterior odds
+    of 20 to 1, "strong" (Kass and Raftery), is asked of every effect that is named."""
     positive_presence: float = 0.75
     """Probability from which on a kind that is not named makes what is named no certainty, and some effect is told to
     be likely where none is named: odds of 3, "positive" (Kass and Raftery), where those of `simpler_reach` would name
@@ -124,8 +124,8 @@ class SearchSettings:
     most_models: int = 12
     """Surviving models that are listed.  Choice, for the reader."""
     survival_odds: float = 150.0
-    """A model survives while the best is at most so many times as probable: beyond, evidence against it is decisive
-    (Kass and Raftery, J. Am. Stat. Assoc. 90 (1995) 773)."""
+    """A model survives while the best is at most so many times as probable: beyond, evidence against it is very
+    strong (Kass and Raftery, J. Am. Stat. Assoc. 90 (1995) 773)."""
     confounded: float = 1.0
     """Standard deviations that an effect outside the chosen model has to add to those of Young's modulus or friction to
     be fitted beside it.  Choice: as much as is uncertain without it."""

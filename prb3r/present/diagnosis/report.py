@@ -12,6 +12,7 @@ from prb3r import __version__
 from prb3r.diagnosis.result.answer import by_sureness, exchanges, sureness, what_to_do
 from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.diagnosis.result.proposals import proposed
+from prb3r.diagnosis.settings import Settings
 from prb3r.model.files.cells import count
 from prb3r.present import rc, style
 from prb3r.present.diagnosis import belief
@@ -92,6 +93,7 @@ def brief(diagnosis: Diagnosis) -> str:
 
 def content(diagnosis: Diagnosis) -> dict[str, object]:
     """The texts and tables of the page, by their names in its template."""
+    settings = Settings(**diagnosis.settings)
     return {
         "name": diagnosis.name,
         "verdict": say.verdict_sentences(diagnosis),
@@ -103,6 +105,9 @@ def content(diagnosis: Diagnosis) -> dict[str, object]:
         "or_else": [f"{other.text} ({say.percent(other.probability)})" for other in exchanges(diagnosis)],
         "next": what_to_do(diagnosis),
         "partial": bool(diagnosis.why),
+        "certain": say.percent(settings.certain),
+        "found": say.percent(1 - settings.missed_rate),
+        "far": f"{settings.listed_sd:g}",
         "nothing_named": say.nothing_named(diagnosis),
         "poor": diagnosis.structured,
         "closure": say.law_sentence(diagnosis),

@@ -30,6 +30,7 @@ from prb3r.diagnosis.stages import calibrate, doubt
 from prb3r.proof.judging.forecast import forecasts
 from prb3r.proof.judging.verdict import Claim, ExperimentClaim, Verdict
 from prb3r.recording.recording import Recording
+from prb3r.runs.backends.shield import reason_of
 
 
 @dataclass(frozen=True)
@@ -55,8 +56,7 @@ def verdict_of(task: MethodTask) -> Verdict:
     try:
         verdict = METHODS[task.method](task)
     except Exception as error:
-        first = next(iter(str(error).splitlines()), "")
-        verdict = Verdict(task.case, task.method, "failed", reason=f"{type(error).__name__}: {first}"[:300])
+        verdict = Verdict(task.case, task.method, "failed", reason=reason_of(error))
     return replace(verdict, seconds=round(time.process_time() - begin - verdict.forecasting, 3))
 
 
