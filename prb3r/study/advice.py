@@ -1,7 +1,6 @@
 """What else a decision tells, in sentences: excluded designs, what excludes them, and what would change the ranking."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
 
@@ -18,7 +17,6 @@ from prb3r.study.phrases import (
     wish_in_words,
 )
 from prb3r.study.recommend import ALIKE_SHARE, MOST_TOLD, broken_bounds, indices, spread_on_front
-from prb3r.study.wishes import plain_text
 
 
 def reserves(decision: Decision) -> list[str]:
@@ -124,29 +122,26 @@ def changes_with_weights(decision: Decision) -> list[str]:
     return said
 
 
-def changes_with_circumstances(winners: Mapping[str, Sequence[tuple[Any, str | None]]]) -> list[str]:
+def changes_with_circumstances(winners: Mapping[str, Sequence[tuple[str, str | None]]]) -> list[str]:
     """A sentence for each circumstance: which design wins at which of its values.
 
     Parameters
     ----------
-    winners : by title of the circumstance, its values with the winner, see `by_circumstance`.
+    winners : by title of the circumstance, its values in words with the winner, see `by_circumstance`.
     """
     said = []
     for title, pairs in winners.items():
         names = list(dict.fromkeys(winner or "no design" for _, winner in pairs))
         if len(names) == 1:
-            first = f"{names[0]} comes first" if pairs[0][1] else "no design keeps every requirement"
+            first = f"{names[0]} comes first" if pairs[0][1] else "no design will do"
             said.append(f"{title}: {first} at each value by itself ({_span([value for value, _ in pairs])}).")
         else:
-            parts = (
-                (name, [plain_text(v) or "none" for v, winner in pairs if (winner or "no design") == name])
-                for name in names
-            )
+            parts = ((name, [value for value, winner in pairs if (winner or "no design") == name]) for name in names)
             said.append(f"{title}: " + "; ".join(f"{name} at {listed_names(values)}" for name, values in parts) + ".")
     return said
 
 
-def kept_in_circumstances(winners: Mapping[str, Sequence[tuple[Any, str | None]]]) -> list[str]:
+def kept_in_circumstances(winners: Mapping[str, Sequence[tuple[str, str | None]]]) -> list[str]:
     """A sentence for each circumstance: at which of its values the only design keeps every requirement.
 
     `winners` are as in `changes_with_circumstances`.
@@ -155,7 +150,7 @@ def kept_in_circumstances(winners: Mapping[str, Sequence[tuple[Any, str | None]]
     for title, pairs in winners.items():
         kept, broken = ([value for value, winner in pairs if bool(winner) == able] for able in (True, False))
         if kept and broken:
-            at, off = (listed_names([plain_text(value) or "none" for value in some]) for some in (kept, broken))
+            at, off = listed_names(kept), listed_names(broken)
             said.append(f"{title}: every requirement is kept at {at}, not at {off}.")
         else:
             which = "each value by itself" if kept else "no value by itself"
@@ -163,10 +158,12 @@ def kept_in_circumstances(winners: Mapping[str, Sequence[tuple[Any, str | None]]
     return said
 
 
-def _span(values: Sequence[Any]) -> str:
-    """Numbers as `first to last`, names as a list."""
-    texts = [plain_text(value) or "none" for value in values]
-    return listed_names(texts) if any(isinstance(value, str) for value in values) else f"{texts[0]} to {texts[-1]}"
+def _span(values: Sequence[str]) -> str:
+    """Numbers in words as `first to last`, names as a list."""
+    if not all(value.removeprefix("−")[:1].isdigit() for value in values):
+        return listed_names(values)
+    first, last = (value.partition(" ") for value in (values[0], values[-1]))
+    return f"{first[0] if first[2] == last[2] else values[0]} to {values[-1]}"
 
 
 def _dominating(decision: Decision, k: int) -> int:

@@ -1,5 +1,6 @@
 """Decisions between designs: over all their cases, or for each value of a circumstance by itself."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -34,6 +35,7 @@ def decide(cases: DesignCases) -> Decision:
     without = (frame["outcome"] != "converged") & np.any([np.zeros(len(frame), bool), *wanted], axis=0)
     lost = without & frame["design"].isin(able or set(names))
     failed = set(frame.loc[lost, "scenario"]) & shared
+    fails = [frame[without & (frame["design"] == name) & frame["scenario"].isin(shared)] for name in names]
     kept = frame[frame["scenario"].isin(shared - failed)]
     values = cases.values(wishes.preference, kept)
     return Decision(
@@ -46,6 +48,7 @@ def decide(cases: DesignCases) -> Decision:
         shared=len(shared),
         left_out=len(every) - len(shared),
         failed=len(failed),
+        fails=[rows["scenario"].nunique() for rows in fails],
         missing=cases.missing(wishes.requirement),
         counted=[select(kept, preference.where)["scenario"].nunique() for preference in wishes.preference],
         remark=cases.remark,
@@ -55,13 +58,25 @@ def decide(cases: DesignCases) -> Decision:
 def by_circumstance(cases: DesignCases) -> dict[str, list[tuple[Any, str | None]]]:
     """By circumstance, each of its values with the design that wins in the cases with this value alone.
 
-    The winner is None where no design keeps the requirements.  Circumstances with a single value, or with a value at
-    which a wish has no cases that count, are left out.
+    The winner is None where no design keeps the requirements, or where each of them fails.  Circumstances with a single
+    value, or with a value at which a wish has no cases that count, are left out.
     """
     winners = {}
     for column in cases.circumstances:
         parts = [(value, cases.only(column, value)) for value in cases.frame[column].drop_duplicates()]
         counted = (select(part.frame, c.where) for _, part in parts for c in cases.wishes.criteria)
         if len(parts) > 1 and not any(rows.empty for rows in counted):
-            winners[column] = [(value, decide(part).winner) for value, part in parts]
+            winners[column] = [(value, _winner(part)) for value, part in parts]
     return winners
+
+
+def _winner(cases: DesignCases) -> str | None:
+    """The design that wins; where in each case some design fails that keeps the requirements, of those that fail in
+    none; None if there is no such design either."""
+    decision = decide(cases)
+    if decision.failed < decision.shared or not decision.preferences:
+        return decision.winner
+    sound = [name for name, number in zip(decision.designs, decision.fails, strict=True) if not number]
+    if not sound:
+        return None
+    return decide(replace(cases, frame=cases.frame[cases.frame["design"].isin(sound)])).winner

@@ -65,6 +65,9 @@ class Decision:
     failed: int
     """Number of shared cases that preferences leave out, as a design that keeps the requirements fails in them; where
     no design keeps them, as any design fails."""
+    fails: Sequence[int] = ()
+    """(d,) number of shared cases without a stable equilibrium in which a preference has no value of the design; empty:
+    none."""
     missing: Mapping[tuple[int, int], Missing] = field(default_factory=dict)
     """By number of the design and of the requirement, the cases without a value, where there are any."""
     counted: Sequence[int] = ()
@@ -137,6 +140,7 @@ class Decision:
             with np.errstate(invalid="ignore"):  # where all are without bound, `low` is infinite, and they are the same
                 scaled = (self.scores - low) / np.where(same, 1.0, high - low)
             worth = np.where(same, 0.0, np.clip(scaled, NOT_TO_BE_HAD, 1.0))
+            worth[np.isneginf(self.scores) & np.isfinite(high)] = NOT_TO_BE_HAD
             worth[~self.feasible] = np.nan
         return worth
 

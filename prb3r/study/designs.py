@@ -17,6 +17,7 @@ from prb3r.model.files.toml_lines import Keys, dotted
 from prb3r.quantities import SHORT_FOR, Quantity, describe, printed, titled
 from prb3r.runs.provenance import read_manifest
 from prb3r.runs.store import read_arrow
+from prb3r.study.axes import sample_count
 from prb3r.study.chunk import CASE_FAILED
 from prb3r.study.columns import described, made_by
 from prb3r.study.compare import select
@@ -53,7 +54,8 @@ class DesignCases:
 
     frame: pd.DataFrame
     """The table of cases with columns `design`, its name, and `scenario`, the values (text) of the factors that tell no
-    designs apart: cases of different designs with the same scenario are compared."""
+    designs apart: cases of different designs with the same scenario are compared; with a column `rig`, the number of
+    the drawn rig, where rigs are drawn."""
     circumstances: list[str]
     """Names of the factors that tell neither designs nor rigs apart."""
     wishes: Wishes
@@ -83,9 +85,10 @@ class DesignCases:
         numbers = np.full((len(self.names), len(criteria)), np.nan)
         for j, criterion in enumerate(criteria):
             counted = select(rows, criterion.where)
-            column = known_values(counted, criterion.metric)
+            column, drawn = known_values(counted, criterion.metric), "rig" in counted
             for k, name in enumerate(self.names):
-                numbers[k, j] = criterion.value(column[(counted["design"] == name).to_numpy()])
+                own = (counted["design"] == name).to_numpy()
+                numbers[k, j] = criterion.value(column[own], counted["rig"].to_numpy()[own] if drawn else None)
         return numbers
 
     def missing(self, criteria: Sequence[Criterion]) -> dict[tuple[int, int], Missing]:
@@ -140,7 +143,7 @@ def read_designs(folders: Sequence[Path], requirements: str | Path | None = None
         factors = _factors_of(study, asked, str(folder))
         rests.append([factor.name for factor in study.factor if factor.name not in factors])
         prefix = f"{study.name}: " if len(folders) > 1 else ""
-        frames.append(_with_designs(table.to_pandas(), factors, sorted(rests[-1]), prefix))
+        frames.append(_with_designs(study, table.to_pandas(), factors, sorted(rests[-1]), prefix))
         known = frames[-1].drop_duplicates("design")
         pairs = zip(known["design"], known["case_id"].tolist(), strict=True)
         firsts = {name: (folder, case) for name, case in pairs} | firsts
@@ -216,14 +219,18 @@ def designs_of(study: Study, frame: pd.DataFrame) -> DesignCases:
     rest = [name for name in names if name not in study.design_factors]
     circumstances = [name for name in rest if name not in {error.name for error in study.errors}]
     quantities = {quantity.name: quantity for quantity in described(study)}
-    return DesignCases(_with_designs(frame, study.design_factors, rest, ""), circumstances, study.wishes, quantities)
+    designed = _with_designs(study, frame, study.design_factors, rest, "")
+    return DesignCases(designed, circumstances, study.wishes, quantities)
 
 
-def _with_designs(frame: pd.DataFrame, factors: list[str], rest: list[str], prefix: str) -> pd.DataFrame:
-    """The table of cases with columns `design`, named after `factors`, and `scenario`, the values of factors `rest`."""
+def _with_designs(study: Study, frame: pd.DataFrame, factors: list[str], rest: list[str], prefix: str) -> pd.DataFrame:
+    """The table of cases with columns `design`, named after `factors`, `scenario`, the values of factors `rest`, and,
+    if the study draws errors, `rig`."""
     rows = frame[rest].itertuples(index=False) if rest else [()] * len(frame)
     scenarios = [tuple(map(plain_text, row)) for row in rows]
-    return frame.assign(design=[prefix + name for name in design_names(frame, factors)], scenario=scenarios)
+    rigs = {"rig": frame["case_id"].to_numpy() % sample_count(study)} if study.errors else {}
+    designs = [prefix + name for name in design_names(frame, factors)]
+    return frame.assign(design=designs, scenario=scenarios, **rigs)
 
 
 def design_names(frame: pd.DataFrame, factors: list[str]) -> list[str]:
@@ -238,11 +245,16 @@ def design_names(frame: pd.DataFrame, factors: list[str]) -> list[str]:
 
 def _named(factor: str, value: Any) -> str:
     """A factor with its value to six digits, as `titled` says it."""
+    return titled(describe(SHORT_FOR.get(factor, factor)).title, factor_value_in_words(factor, value))
+
+
+def factor_value_in_words(factor: str, value: Any) -> str:
+    """A value of a factor to six digits with its unit and a real minus sign, or a name."""
     quantity = describe(SHORT_FOR.get(factor, factor))
-    if not isinstance(value, (int, float)) or quantity.unit in ("1", ""):
-        return titled(quantity.title, plain_text(value))
-    per_unit, unit = _unit_of([value], quantity)
-    return titled(quantity.title, f"{plain_text(value * per_unit)} {unit}")
+    if not isinstance(value, (int, float)) or isinstance(value, bool):
+        return plain_text(value)
+    per_unit, unit = _unit_of([value], quantity) if quantity.unit not in ("1", "") else (1.0, "")
+    return f"{plain_text(value * per_unit).replace('-', '−')} {unit}".rstrip()
 
 
 def _check(cases: DesignCases, where: str, place_in: Callable[[Keys], str]) -> None:

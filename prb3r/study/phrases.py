@@ -51,9 +51,10 @@ def known_in_words(value: float, quantity: Quantity, beside: Sequence[float] = (
 def listed_names(names: Sequence[str]) -> str:
     """Names as a list in a sentence; of many, the first ones and the number of the others.
 
-    They are separated by semicolons where one of them has a comma, which would look like the end of the name.
+    They are separated by semicolons where one of them has a comma, which would look like the end of the name; where one
+    has "and", all are in quotation marks.
     """
-    names = list(names)
+    names = [f'"{name}"' for name in names] if any(" and " in name for name in names[:MOST_NAMED]) else list(names)
     commas = any("," in name for name in names)
     if len(names) > MOST_NAMED:
         names = [*names[: MOST_NAMED - 1], f"{len(names) - MOST_NAMED + 1} more"]

@@ -58,7 +58,23 @@ def _verdict(decision: Decision) -> str:
             said += _ranked(decision, k)
         elif able > 1:
             said.append("no [[preference]] ranks them, and this one has the largest reserve")
+    said += _failing(decision, level)
     return f"**{head}.** " + " ".join(f"{capitalised(sentence)}." for sentence in said)
+
+
+def _failing(decision: Decision, told: list[int]) -> list[str]:
+    """Sentences on cases in which designs fail, so that preferences leave them out: of those `told`, and of all."""
+    if not decision.failed:
+        return []
+    cases = count(decision.shared, "case")
+    said = [
+        f"in {decision.fails[k]} of {cases} {decision.designs[k]} has no stable equilibrium"
+        for k in told
+        if decision.fails[k]
+    ]
+    left = decision.shared - decision.failed
+    over = f"the {left} of {cases} in which no design fails" if left else "no case, as a design fails in each"
+    return [*said, f"preferences are over {over}"]
 
 
 def _of_one(decision: Decision) -> str:
@@ -121,11 +137,13 @@ def _ranked(decision: Decision, k: int) -> list[str]:
     front = [j for j, on in enumerate(decision.front) if on]
     if len(front) == 1:
         several = len(decision.ranking) > 1
-        return ["none of the others that do is better in anything that was preferred"] if several else []
+        others = "none of the others that do" if decision.requirements else "no other design"
+        return [f"{others} is better in anything that was preferred"] if several else []
     words = _best_in(decision, k)
     second = next(other for other in decision.ranking[1:] if decision.front[other])
     against = f"{decision.score[k]:.2f} against {decision.score[second]:.2f} of {decision.designs[second]}"
     among = "" if all(decision.feasible) else "among these "
+    unknown = [preference_in_words(decision, j) for j in indices(np.isneginf(decision.scores[k]))]
     every = len(front) == sum(map(bool, decision.feasible)) > 2
     return [
         *(
@@ -134,6 +152,7 @@ def _ranked(decision: Decision, k: int) -> list[str]:
             else []
         ),
         *([f"{among}it has the best {listed_names(words)}"] if words else []),
+        *([f"of {listed_names(unknown)} it has no value"] if unknown else []),
         f"{_weighted(decision)} it scores {against}",
         f"{weights_in_words(decision, k)} put it first{_oftener_first(decision, k)}",
     ]

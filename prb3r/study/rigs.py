@@ -162,12 +162,15 @@ def _shares(study: Study, drawn: pd.DataFrame) -> Iterator[dict[str, Any]]:
 
 def rig_numbers(study: Study, part: pd.DataFrame, requirement: Requirement) -> np.ndarray:
     """(rigs,) the number that a requirement bounds, of each rig over its circumstances among the cases `part`; as
-    `Requirement.value` has it, infinitely bad where a case has no value and NaN where no case counts."""
+    `Requirement.value` has it, infinitely bad where a case has no value and NaN where no case counts.
+
+    A quantile is one of rigs: a single rig counts at the worst of its cases."""
     of_case = part["case_id"].to_numpy() % sample_count(study)
     counted = select(part.assign(rig=of_case), requirement.where).sort_values("rig", kind="stable")
     values, of_rig, order = known_values(counted, requirement.metric), counted["rig"].to_numpy(), np.unique(of_case)
     ends = zip(*(np.searchsorted(of_rig, order, side) for side in ("left", "right")), strict=True)
-    return np.array([requirement.value(values[first:last]) for first, last in ends])
+    alone = np.zeros(len(part), int)
+    return np.array([requirement.value(values[first:last], alone[first:last]) for first, last in ends])
 
 
 def _indices(study: Study, part: pd.DataFrame) -> Iterator[dict[str, Any]]:

@@ -24,7 +24,7 @@ class Criterion(Strict, ABC):
     over: Literal["worst", "mean", "median", "quantile"] = "worst"
     """The cases of a design: the worst of them, or a statistic of all."""
     quantile: Annotated[float, Field(ge=0, le=1)] | None = None
-    """With `over = "quantile"`: the share of the cases that lie below."""
+    """With `over = "quantile"`: the share of the cases that lie below; of the rigs, where rigs are drawn."""
     where: dict[str, Scalar | list[Scalar]] = {}
     """Cases that count, such as `{ broken_cables = "" }`; of a list, any of its values."""
     words: str = ""
@@ -41,14 +41,22 @@ class Criterion(Strict, ABC):
     def sign(self) -> float:
         """+1 where more is better, -1 where less is better."""
 
-    def value(self, values: np.ndarray) -> float:
+    def value(self, values: np.ndarray, rig: np.ndarray | None = None) -> float:
         """The number of a design from the `values` (cases,) of its column, NaN being cases without a value.
 
         A case without a value counts as infinitely bad.  The result is NaN if there are no cases.
+
+        Parameters
+        ----------
+        rig : (cases,) number of the rig that each case is of, where rigs are drawn: a quantile is over rigs then, each
+            at the worst of its cases.
         """
         if not len(values):
             return np.nan
         scores = np.where(np.isnan(values), -np.inf, self.sign * values)
+        if rig is not None and self.over == "quantile":
+            order = np.argsort(rig, kind="stable")
+            scores = np.minimum.reduceat(scores[order], np.unique(rig[order], return_index=True)[1])
         if np.isneginf(scores).all() or (self.over == "mean" and np.isneginf(scores).any()):
             return -self.sign * np.inf
         if self.over in ("worst", "mean"):

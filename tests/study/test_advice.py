@@ -223,10 +223,44 @@ def test_circumstances_by_themselves():
 
 
 def test_circumstances_with_names_stand_in_a_row_and_a_lack_of_designs_is_a_sentence():
-    table = {"design": ["x", "x", "y", "y"], "a": [1.0, 5.0, 2.0, 3.0], "state": ["intact", "3 broken"] * 2}
+    table = {"design": ["x", "x", "y", "y"], "a": [1.0, 5.0, 2.0, 3.0], "state": ["intact", "cable 3"] * 2}
     counsel = advice_on(cases(table, [Requirement(metric="a", at_least=9)], [greater("a")], ["state"]))
-    said = "State: no design keeps every requirement at each value by itself (intact and 3 broken)."
+    said = "State: no design will do at each value by itself (intact and cable 3)."
     assert ("In each circumstance", [said]) in counsel.points
+
+
+def test_one_preference_alone_has_a_table_and_no_figure(tmp_path):
+    files = publish_comparison(advice_on(cases(TABLE, [], [greater("area")])), tmp_path)
+    assert not [name for name in files if name.endswith("png")]
+    page = (tmp_path / "report.html").read_text()
+    assert "Recommendation: thin. No other design is better in anything that was preferred." in page
+
+
+LOADED = {"design": ["soft"] * 3 + ["stiff"] * 3, "payload_n": [0.0, -2.0, -4.0] * 2}
+
+
+def test_a_design_that_fails_in_some_case_is_recommended_with_a_word_on_it_and_in_no_case_where_it_fails():
+    """Preferences are over the first case alone, in which soft reaches farther; under 2 N it has no equilibrium, under
+    4 N neither design has."""
+    reach = [3.0, np.nan, np.nan, 2.0, 1.0, np.nan]
+    outcome = ["limit point" if np.isnan(value) else "converged" for value in reach]
+    table = LOADED | {"reach_m": reach, "outcome": outcome, "scenario": [0, 1, 2] * 2}
+    counsel = advice_on(cases(table, [], [greater("reach_m")], ["payload_n"]))
+    assert "In 2 of 3 cases soft has no stable equilibrium." in counsel.recommendation
+    assert "Preferences are over the 1 of 3 cases in which no design fails." in counsel.recommendation
+    said = "Payload: soft at 0 N; stiff at −2 N; no design at −4 N."
+    assert ("In each circumstance", [said]) in counsel.points
+
+
+def test_a_design_without_a_value_is_worse_than_the_only_one_that_has_one():
+    """And what it is better at and what it costs are both told."""
+    table = {"design": ["thin", "thick"], "force": [60.0, np.nan], "area": [1.0, 2.0]}
+    wishes = [less("force"), greater("area", weight=3)]
+    counsel = advice_on(cases(table, [Requirement(metric="area", at_least=0)], wishes))
+    assert "Recommendation: thick." in counsel.recommendation
+    assert "Of force it has no value." in counsel.recommendation
+    assert "thin** is better at this: force is 60 against" in counsel.markdown
+    assert "; the price: area is 1 against 2;" in counsel.markdown
 
 
 @pytest.mark.parametrize(

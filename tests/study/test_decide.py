@@ -90,6 +90,18 @@ def test_statistics_over_the_cases_of_a_design(over, expected):
     assert upper == (6.0 if not over else expected)  # the worst is the other end; statistics are what they are
 
 
+def test_a_quantile_is_one_of_rigs_each_at_the_worst_of_its_circumstances():
+    """Of twenty rigs each lifts 1 to 20 unloaded and half of that loaded: one in ten lifts less than 1.45."""
+    lifts = np.arange(1.0, 21.0)
+    table = {"design": ["x"] * 40, "a": np.concatenate([lifts, lifts / 2]), "rig": list(range(20)) * 2}
+    asked = [Requirement(metric="a", at_least=1.4, over="quantile", quantile=0.1)]
+    decision = decide(cases(table, asked))
+    assert decision.bounded[0, 0] == pytest.approx(np.quantile(lifts / 2, 0.1))
+    assert decision.feasible.all()
+    pooled = decide(cases({key: table[key] for key in ("design", "a")}, asked))
+    assert pooled.bounded[0, 0] > decision.bounded[0, 0]
+
+
 @pytest.mark.parametrize(
     "wrong", [{}, {"at_least": 1, "at_most": 2}, {"at_least": 1, "over": "quantile"}, {"at_least": 1, "quantile": 0.1}]
 )

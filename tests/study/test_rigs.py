@@ -280,3 +280,21 @@ def test_a_robust_requirement_judges_a_design_by_its_rigs(tmp_path):
     decision = decide(read_designs([result.folder]))
     assert decision.feasible.tolist() == [True, False]
     assert decision.bounded[0, 0] / right == pytest.approx(math.exp(0.1 * 1.6449), rel=0.02)
+
+
+def test_a_rig_counts_at_the_worst_of_its_circumstances(tmp_path):
+    """Under much friction each rig needs more tension than under little: these cases alone make the quantile, and the
+    share of the rigs that keep the bound."""
+    text = HEAD + '[designs]\nfactors = ["thickness_m"]\n'
+    text += '[[factor]]\nname = "thickness_m"\npath = "segment.1.thickness_m"\nvalues = [0.8e-3, 0.9e-3]\n'
+    text += '[[factor]]\nname = "mu"\npath = "friction.coefficient"\nvalues = [0.1, 0.5]\n'
+    text += MODULUS + DRIVE + sampling("sobol", 64)
+    text += '[[requirement]]\nmetric = "drive_tension_n"\nat_most = 150\nover = "quantile"\nquantile = 0.95\n'
+    result = solved(tmp_path, text)
+    decision = decide(read_designs([result.folder]))
+    shares = read_arrow(result.folder / "shares.parquet").to_pandas()
+    much = result.cases[result.cases["mu"] == 0.5].groupby("thickness_m", sort=False)["drive_tension_n"]
+    assert decision.bounded[:, 0] == pytest.approx(much.quantile(0.95).to_numpy())
+    kept = much.apply(lambda needed: int((needed <= 150).sum())).tolist()
+    assert shares[shares["requirement"] == 1]["kept"].tolist() == kept
+    assert 0 < kept[0] < 64

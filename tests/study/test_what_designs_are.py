@@ -84,7 +84,7 @@ def test_one_design_keeps_requirements_or_breaks_them_and_the_margin_is_told(tmp
     assert "The design keeps every requirement. Nearest to its bound, tip y is " in said
     assert " inside)" in said
     assert "## Requirements" in summary
-    assert "each value by itself (0.01 to 0.2)" in summary
+    assert "each value by itself (0.01 to 0.2 kg)" in summary
     assert compared.returncode == 0
     said, summary, compared = run(tmp_path, bound=5, designs="[designs]\nfactors = []")
     assert "The design does not keep every requirement: tip y is " in said

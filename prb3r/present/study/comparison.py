@@ -19,7 +19,7 @@ from prb3r.runs.store import arrow_table, write_arrow
 from prb3r.study import advice
 from prb3r.study.decide import by_circumstance, decide
 from prb3r.study.decision import Decision
-from prb3r.study.designs import DesignCases
+from prb3r.study.designs import DesignCases, factor_value_in_words
 from prb3r.study.phrases import bound_in_words, capitalised, known_in_words, wish_in_words
 from prb3r.study.recommend import recommendation
 
@@ -63,7 +63,12 @@ class Advice:
 def advice_on(cases: DesignCases) -> Advice:
     """The decision between the designs of `cases` with its table and reasons; raises what `decide` raises."""
     decision = decide(cases)
-    winners = {style.quantity_of(column, ()).title: pairs for column, pairs in by_circumstance(cases).items()}
+    winners = {
+        style.quantity_of(column, ()).title: [
+            (factor_value_in_words(column, value) or "none", winner) for value, winner in pairs
+        ]
+        for column, pairs in by_circumstance(cases).items()
+    }
     of_one = [
         ("Each requirement", advice.reserves(decision)),
         ("In each circumstance", advice.kept_in_circumstances(winners)),
@@ -222,7 +227,8 @@ def decision_captions(decision: Decision, name: str = "decision") -> dict[str, s
     worth = ["what it is worth by each preference" if reserves else "what each design is worth by each preference"]
     told = [*reserves, *(worth if _scored(decision) else [])]
     front = "The designs over the two preferences of greatest weight, and the Pareto front of these two."
-    return {name: f"{capitalised(listed(told))}.", f"{name}-front": front}
+    panels = {name: f"{capitalised(listed(told))}."} if told else {}
+    return panels | {f"{name}-front": front}
 
 
 def write_comparison(counsel: Advice, folder: Path, name: str, spots: Mapping[str, dict | None]) -> Path:

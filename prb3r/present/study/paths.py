@@ -17,6 +17,7 @@ from prb3r.present.spots import point_at
 from prb3r.present.study.section import Section
 from prb3r.present.study.shapes import Body, body, draw_body, draw_ghost, not_drawn, notes, straight
 from prb3r.present.study.sheet import Scene, Sheet
+from prb3r.study.designs import factor_value_in_words
 from prb3r.study.plots.kinds import PathPlot
 from prb3r.study.run import Result
 
@@ -141,7 +142,10 @@ def _followed(result: Result, scene: Scene) -> Iterator[str]:
     """The sentences of that section, of the first `MOST_TOLD_PATHS` cases."""
     factors = [factor.name for factor in result.plan.study.factor]
     for row in result.cases.head(MOST_TOLD_PATHS).to_dict("records"):
-        named = ", ".join(f"{style.quantity_of(name, ()).title}: {row[name]}" for name in factors)
+        named = ", ".join(
+            f"{style.quantity_of(name, ()).title}: {factor_value_in_words(name, row[name]) or 'none'}"
+            for name in factors
+        )
         before = f"**{named}.** " if named else ""
         if row["outcome"] != "converged" or pd.isna(row["reached_share"]):
             yield f"{before}{row['reason'] or row['outcome']}."
