@@ -3,6 +3,7 @@
 import re
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from diagnosis.simulated import (
     Case,
@@ -65,6 +66,17 @@ def test_smooth_moments_that_chance_does_not_leave_are_unexplained_and_said():
     assert why_unexplained(found.choice, (), (), ()) == ""
     assert why_unexplained(smooth.choice, (), (), ()).startswith("a real mismatch remains")
     assert mismatch_of(smooth).statement.startswith("What is left after the best explanation changes smoothly")
+
+
+def test_a_score_that_may_be_chance_is_said_to_be():
+    """Between the levels of alarm and of naming, where nothing else speaks against constants alone."""
+    found = investigated(Case(hidden=()))
+    scores = found.choice.scores_of_best
+    assert why_unexplained(found.choice, (), (), ()) == ""
+    for share, said in ((0.5, "a score test is as large as in one of "), (1.5, "a real mismatch remains")):
+        large = np.full(len(scores.z), scores.threshold + share * (scores.naming - scores.threshold))
+        choice = replace(found.choice, scores_of_best=replace(scores, z=large))
+        assert why_unexplained(choice, (), (), ()).startswith(said)
 
 
 def test_errors_with_parts_as_told_stand_beside_those_as_drawn_where_they_are_much_smaller():

@@ -160,6 +160,12 @@ def test_one_part_does_not_make_up_for_two():
     assert not odd.suffices
 
 
+def test_no_part_makes_up_for_weights_in_kilograms():
+    prediction = on_other(diagnosed(), in_kilograms(as_workshops_make(recorded(Case(seed=5)))))
+    assert prediction.heldout.rmse_explained_m > 5 * prediction.heldout.noise_m
+    assert prediction.odd is None
+
+
 def test_no_part_is_named_of_the_same_rig_on_another_day():
     for seed in range(4, 10):
         assert on_other(diagnosed(), as_workshops_make(recorded(Case(seed=seed)))).odd is None

@@ -46,6 +46,12 @@ def why_unexplained(
         return "no model that was found is in balance at every recorded step"
     if not choice.fitted.converged:
         return "the fit of the best model has not converged"
+    if choice.beyond_stated and choice.by_score_alone:
+        often = round(1 / choice.scores_of_best.chance)
+        return (
+            f"a score test is as large as in one of {often} recordings in which nothing is missing: no effect of the "
+            "library is sure enough to account for that, and it may be chance"
+        )
     if choice.beyond_stated:
         return "a real mismatch remains that no effect of the library accounts for"
     for name, scale, sd in [

@@ -212,7 +212,10 @@ def _open_question(effect: NamedEffect) -> str:
 def _where_unexplained(diagnosis: Diagnosis) -> str:
     """What to do where the verdict is that something is left."""
     first, where = "Settle first why it is unexplained", diagnosis.mismatch
-    if diagnosis.structured:
+    least = min((check.p for check in diagnosis.checks), default=0.0)
+    if diagnosis.structured and least >= Settings(**diagnosis.settings).naming_rate:
+        first = "Record the same again, since chance is not seen twice"
+    elif diagnosis.structured:
         first = "Read more where the mismatch sits, at loads between the recorded ones and on the way back"
         if len(where.sequences) == 1 and "sequence" in where.depends_on:
             first = (

@@ -75,6 +75,13 @@ class Choice:
         return scores.largest > limit or self.fitted.chi2 > self.chi2_threshold or self.smooth
 
     @property
+    def by_score_alone(self) -> bool:
+        """Whether the residuals are structured by their largest score alone, and that one is beyond `Scores.threshold`
+        and not beyond `Scores.naming`."""
+        faint = self.scores_of_best.largest <= self.scores_of_best.naming
+        return self.structured and faint and self.fitted.chi2 <= self.chi2_threshold and not self.smooth
+
+    @property
     def beyond_stated(self) -> bool:
         """Whether the residuals are structured and larger than the stated accuracy of the recording."""
         return self.structured and self.share_of_stated >= 1.0
