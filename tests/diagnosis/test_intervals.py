@@ -13,9 +13,11 @@ from prb3r.diagnosis.fit.constants import Constants
 from prb3r.diagnosis.fit.least_squares import fit
 from prb3r.diagnosis.fit.prediction import predictor
 from prb3r.diagnosis.fit.profile import interval_ends, linear_interval, profile
+from prb3r.diagnosis.library.hypothesis import Free, Hypothesis
 from prb3r.diagnosis.result.spread import (
     SplitNormal,
     ends_over_models,
+    held_share,
     number_of_constant,
     number_of_share,
     quantile_over_models,
@@ -87,6 +89,28 @@ def test_a_model_without_the_parameter_says_nothing_of_it(calibrated, effects):
     stiffness = alone.model.varied.index("log_stiffness")
     wide = ends_over_models(choice, stiffness, number_of_constant("log_stiffness"), normal_ends(alone, stiffness))
     assert wide[0] <= other.p[stiffness] <= wide[1]  # every model has the constants
+
+
+def test_a_model_that_holds_the_parameter_puts_all_its_probability_there(calibrated):
+    """A force along both axes beside one along y alone: along x it is 0 with the probability of that one."""
+    free = (Free("x_n", 0.0, -10.0, 10.0, 1.0), Free("y_n", 0.0, -10.0, 10.0, 1.0))
+    both = Hypothesis("tip_force", (), free)
+    along_y = Hypothesis("tip_force", (("x_n", 0.0),), free[1:])
+    assert both.generalises(along_y)
+    alone, special = with_effects(calibrated, both), with_effects(calibrated, along_y)
+    x, y = range(alone.model.spans[0].start, alone.model.spans[0].stop)
+
+    def ends(part, number, probability, own):
+        choice = SimpleNamespace(
+            fitted=alone, survivors=(survivor(alone, 1 - probability), survivor(special, probability))
+        )
+        return ends_over_models(choice, number, number_of_share(both, part), own, held_share(both, part))
+
+    own = 1.0, 2.0  # as if it were told to be far from 0
+    assert ends(0, x, 0.3, own) == (0.0, own[1])
+    assert ends(0, x, 0.01, own) == pytest.approx(own, abs=0.1)
+    there = special.p[special.model.spans[0].start]
+    assert ends(1, y, 0.3, (there + 5.0, there + 6.0))[0] <= there
 
 
 def test_a_linear_interval_is_that_of_the_profile_where_readings_tell_both_sides(calibrated, effects):

@@ -13,7 +13,7 @@ from prb3r.diagnosis.fit.profile import LikelihoodInterval, Profile, likelihood_
 from prb3r.diagnosis.library.hypothesis import Hypothesis, place_text
 from prb3r.diagnosis.result.effects import Separation
 from prb3r.diagnosis.result.numbers import SurvivingModel
-from prb3r.diagnosis.result.spread import ends_over_models, number_of_share
+from prb3r.diagnosis.result.spread import ends_over_models, held_share, number_of_share
 from prb3r.diagnosis.result.statements import Estimate, sentence
 from prb3r.diagnosis.search.apply import Apply
 from prb3r.diagnosis.search.exchange import without_effect
@@ -182,7 +182,8 @@ def _estimates(
         low, high, curve = intervals[k]
         if curve is not None:
             profiles[free.name] = curve
-        ends = ends_over_models(choice, k, number_of_share(hypothesis, part), (low, high))
+        where, held = number_of_share(hypothesis, part), held_share(hypothesis, part)
+        ends = ends_over_models(choice, k, where, (low, high), held)
         low, high = sorted(free.value(end, friction) for end in ends)
         estimates[free.name] = Estimate(estimates[free.name].value, low, high, free.open_ends(low, high))
     return estimates, profiles

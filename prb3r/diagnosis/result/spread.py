@@ -44,7 +44,11 @@ def quantile_over_models(distributions: Sequence[SplitNormal], share: float) -> 
 
 
 def ends_over_models(
-    choice: Choice, number: int, where: Callable[[Model], int | None], ends: tuple[float, float]
+    choice: Choice,
+    number: int,
+    where: Callable[[Model], int | None],
+    ends: tuple[float, float],
+    held: Callable[[Model], float | None] = lambda model: None,
 ) -> tuple[float, float]:
     """The ends of the 95 % interval of a parameter of the chosen model, widened by the other surviving models.
 
@@ -55,6 +59,7 @@ def ends_over_models(
     number : index of the parameter in the chosen model.
     where : returns the index of the parameter in another model; None for a model that lacks it.
     ends : the interval of the chosen model alone, in the parameter's own scale.
+    held : returns the value, in that scale, at which a model that lacks the parameter holds it; None if it holds none.
 
     Returns
     -------
@@ -67,9 +72,12 @@ def ends_over_models(
         survivor.probability for survivor in others
     )
     sides = [max(abs(end - value) / NORMAL_REACH, LEAST_SD) for end in ends]
-    distributions = [SplitNormal(probability, value, *sides)]
+    distributions, points = [SplitNormal(probability, value, *sides)], list[float]()
     for survivor in others:
         fitted, there = survivor.fitted, where(survivor.fitted.model)
+        if there is None and (at := held(fitted.model)) is not None:
+            distributions.append(SplitNormal(survivor.probability, at, LEAST_SD, LEAST_SD))
+            points.append(at)
         if there is not None and np.isfinite(sd := _deviation(fitted, there)):
             far = sd > chosen.model.settings.linear_interval_factor * min(sides)
             wrong = far and linear_interval(fitted, there) is None
@@ -77,8 +85,14 @@ def ends_over_models(
     if len(distributions) == 1 or probability <= 0:
         return ends
     low, high = (bound[number] for bound in chosen.model.bounds(chosen.p))
-    wide = quantile_over_models(distributions, TAIL), quantile_over_models(distributions, 1 - TAIL)
+    wide = [_at_held(quantile_over_models(distributions, share), points) for share in (TAIL, 1 - TAIL)]
     return min(ends[0], max(wide[0], low)), max(ends[1], min(wide[1], high))
+
+
+def _at_held(end: float, points: Sequence[float]) -> float:
+    """The end of an interval, or the one of the `points` where models hold the parameter that it lies at but for the
+    width that these are given."""
+    return next((at for at in points if abs(end - at) <= TAIL_REACH * LEAST_SD), end)
 
 
 def _deviation(fitted: Fit, number: int) -> float:
@@ -88,15 +102,39 @@ def _deviation(fitted: Fit, number: int) -> float:
 
 
 def number_of_share(hypothesis: Hypothesis, part: int) -> Callable[[Model], int | None]:
-    """A function that returns the number, in a model, of the parameter at `part` of an effect; None for a model without
-    the effect."""
+    """A function that returns the number, in a model, of the parameter at `part` of an effect, which may stand there
+    with more or fewer free parameters; None for a model without it."""
+    name = hypothesis.free[part].name
 
     def where(model: Model) -> int | None:
-        if hypothesis not in model.hypotheses:
+        number = _number_of(hypothesis, model)
+        if number is None:
             return None
-        return model.spans[model.hypotheses.index(hypothesis)].start + part
+        names = [free.name for free in model.hypotheses[number].free]
+        return model.spans[number].start + names.index(name) if name in names else None
 
     return where
+
+
+def held_share(hypothesis: Hypothesis, part: int) -> Callable[[Model], float | None]:
+    """A function that returns the value, in its own scale, at which a model holds the parameter at `part` of an effect
+    that has fewer free parameters there; None for other models."""
+    free = hypothesis.free[part]
+
+    def held(model: Model) -> float | None:
+        number = _number_of(hypothesis, model)
+        place = {} if number is None else dict(model.hypotheses[number].place)
+        return free.at(place[free.name]) if free.name in place else None
+
+    return held
+
+
+def _number_of(hypothesis: Hypothesis, model: Model) -> int | None:
+    """The number, from 0, of an effect in a model, or of the same with more or fewer free parameters; None without."""
+    for number, other in enumerate(model.hypotheses):
+        if other == hypothesis or other.generalises(hypothesis) or hypothesis.generalises(other):
+            return number
+    return None
 
 
 def number_of_constant(name: str) -> Callable[[Model], int | None]:
