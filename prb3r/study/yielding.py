@@ -1,4 +1,4 @@
-"""Whether plates would yield in cases of a study that asks for no safety factor."""
+"""Whether plates would yield in cases of a study that asks for no safety factor, or asks it of loads that have it."""
 
 import pandas as pd
 
@@ -11,16 +11,27 @@ OF_STRENGTH = {SAFETY, "peak_stress_pa", "peak_strain"}
 
 
 def yield_warnings(cases: pd.DataFrame, study: Study) -> list[str]:
-    """A warning of cases in which plates would yield, with the worst; none where a requirement judges their safety.
+    """A warning of cases in which plates would yield, with the worst, and of requirements that hold by themselves.
+
+    Where a requirement judges the strength of plates there is no warning of the former.
 
     Parameters
     ----------
     cases : the table of all cases; without the column of the metric `safety` there is no warning.
     """
-    if SAFETY not in cases or any(requirement.metric in OF_STRENGTH for requirement in study.requirement):
+    if SAFETY not in cases:
         return []
+    asked = [number for number in enumerate(study.requirement, 1) if number[1].metric in OF_STRENGTH]
+    if study.cloud is not None:
+        return [
+            f"Requirement {number} holds by itself: loads of the cloud with a {SAFETY} below {study.cloud.safety:g} do "
+            "not count. Ask for a small workspace_beyond_yield (at_most) instead, or count all loads ([cloud] safety = "
+            "0)."
+            for number, requirement in asked
+            if requirement.metric == SAFETY and (requirement.at_least or 0.0) <= study.cloud.safety
+        ]
     yields = cases[SAFETY] < 1
-    if not yields.any():
+    if asked or not yields.any():
         return []
     worst = cases.loc[cases[SAFETY].idxmin()]
     return [

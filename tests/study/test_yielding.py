@@ -49,3 +49,18 @@ def test_yield_is_told_where_no_requirement_judges_it(tmp_path, asked):
     told = f"1 of 2 cases, which no requirement rules out: the lowest safety factor is {worst:.3g}"
     for text in (ran.stdout, (tmp_path / "pull" / "summary.md").read_text()):
         assert (told in text) == (not asked)
+
+
+def test_a_cloud_that_leaves_out_what_yields_is_no_proof_of_strength(tmp_path):
+    """Whatever the arm is pulled with, the loads that count have a safety factor of 1."""
+    wish = '[[requirement]]\nmetric = "safety_factor"\nat_least = 1.0\n[designs]\nfactors = ["thickness_m"]\n'
+    factor = '[[factor]]\nname = "thickness_m"\npath = "segment.1.thickness_m"\nvalues = [0.0005, 0.0006]\n'
+    for safety, said in ((1.0, True), (0.0, False)):
+        cloud = f"[cloud]\ncount = 64\nsafety = {safety}\ntension_n = {{ up = 80.0 }}\n"
+        text = f'name = "cloud"\ntitle = "Cloud"\nmanipulator = "arm.toml"\n{factor}{cloud}'
+        (tmp_path / "arm.toml").write_text(ARM)
+        (tmp_path / "cloud.toml").write_text(f'{text}[[metric]]\nkind = "safety"\n{wish}')
+        ran = prb3r("run", tmp_path / "cloud.toml", "-o", tmp_path, "--jobs", "1")
+        assert ran.returncode == 0, ran.stderr
+        assert ("Requirement 1 holds by itself" in ran.stdout) == said
+        assert ("No design keeps every requirement" in ran.stdout) != said
