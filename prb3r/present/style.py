@@ -1,6 +1,7 @@
 """The look of figures and numbers: widths, colours and marks that survive grey print, and the units people read."""
 
 import math
+import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -128,6 +129,17 @@ def shown(quantity: Quantity, values: Any = (), unit: str | None = None) -> Show
 def literal(text: str) -> str:
     """A user's words for a figure of matplotlib, with `$` escaped, which would begin a formula."""
     return text.replace("$", r"\$")
+
+
+def symbol_text(symbol: str) -> str:
+    """A symbol of the nomenclature for a figure of matplotlib: what follows the first underscore as its index, upright
+    if it is a word; in plain text if that is no letters and digits, as a name of a cable may be anything."""
+    head, _, index = symbol.partition("_")
+    if not index:
+        return f"${symbol}$"
+    if not re.fullmatch("[A-Za-z0-9]+", index):
+        return literal(f"{head} {index}")
+    return f"${symbol}$" if len(index) == 1 else rf"${head}_{{\mathrm{{{index}}}}}$"
 
 
 def digits(value: float) -> str:

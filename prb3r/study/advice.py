@@ -11,8 +11,8 @@ from prb3r.study.phrases import (
     capitalised,
     listed_names,
     preference_in_words,
-    preferred_value_in_words,
     requirement_in_words,
+    told_apart,
     weights_in_words,
     wish_in_words,
 )
@@ -87,8 +87,7 @@ def _trade(decision: Decision, k: int) -> str:
     better = sorted((j for j in count if gains[j] > 0), key=lambda j: -gains[j])
     worse = sorted((j for j in count if gains[j] < 0), key=lambda j: gains[j])
     told = [
-        f"{preference_in_words(decision, j)} is {preferred_value_in_words(decision, k, j)} "
-        f"against {preferred_value_in_words(decision, first, j)}"
+        f"{preference_in_words(decision, j)} is {' against '.join(told_apart(decision, k, first, j))}"
         for j in (*better[:2], *worse[:2])
     ]
     split = min(len(better), 2)

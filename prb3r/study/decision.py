@@ -126,7 +126,7 @@ class Decision:
         """(d, p) worth by each preference, from 0 for the worst to 1 for the best design on the front.
 
         It is clipped to `NOT_TO_BE_HAD` and 1, 0 where the front does not differ, and NaN for designs that break a
-        requirement.
+        requirement.  Beside designs without a value those with one value are worth 1.
         """
         return self._worth_among(np.array(self.front))
 
@@ -140,7 +140,9 @@ class Decision:
             with np.errstate(invalid="ignore"):  # where all are without bound, `low` is infinite, and they are the same
                 scaled = (self.scores - low) / np.where(same, 1.0, high - low)
             worth = np.where(same, 0.0, np.clip(scaled, NOT_TO_BE_HAD, 1.0))
-            worth[np.isneginf(self.scores) & np.isfinite(high)] = NOT_TO_BE_HAD
+            lacking = np.isneginf(self.scores) & np.isfinite(high)
+            worth[np.isfinite(self.scores) & same & lacking[some].any(0)] = 1.0
+            worth[lacking] = NOT_TO_BE_HAD
             worth[~self.feasible] = np.nan
         return worth
 

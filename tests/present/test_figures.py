@@ -82,7 +82,7 @@ def test_failed_cases_are_crosses(coupling):
     figure = study_figure(plot, coupling, None, SCENE)
     crosses = {float(x) for line in figure.axes[0].lines if line.get_marker() == "x" for x in line.get_xdata()}
     assert crosses == {60.0, 100.0}
-    assert {"no equilibrium (1 case)", "unstable (1 case)"} <= set(texts(figure))
+    assert {"no equilibrium (1 case, at the lower edge: without a value)", "unstable (1 case)"} <= set(texts(figure))
 
 
 def test_words_stand_beside_each_other_on_the_axis(coupling):
@@ -279,3 +279,18 @@ def test_samples_are_marks_and_not_joined(coupling):
     clouds = [line for line in axes.lines if len(line.get_xdata()) > 2]
     assert [len(line.get_xdata()) for line in clouds] == [12, 12]  # every case by itself, not medians
     assert {line.get_linestyle() for line in clouds} == {"None"}
+
+
+@pytest.mark.parametrize(
+    ("symbol", "text"),
+    [
+        ("μ", "$μ$"),
+        ("T_1", "$T_1$"),
+        ("T_up", r"$T_{\mathrm{up}}$"),
+        ("F_12y", r"$F_{\mathrm{12y}}$"),
+        ("T_a$b", r"T a\$b"),
+        ("T_left 2", "T left 2"),
+    ],
+)
+def test_the_index_of_a_symbol_is_the_whole_of_it(symbol, text):
+    assert style.symbol_text(symbol) == text

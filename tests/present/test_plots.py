@@ -58,3 +58,25 @@ def test_every_kind_of_plot_shows_what_is_in_the_tables(kind):
     height = 1e3 * tips["y_m"].iloc[-1]
     assert axes.dataLim.y0 <= height <= axes.dataLim.y1 + 1e-9
     assert "mm" in axes.get_ylabel() + axes.get_title("left")
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize(
+    "plot",
+    [
+        {"kind": "lines", "x": "cable_1_n", "y": ["safety_factor"]},
+        {"kind": "bars", "x": "cable_1_n", "y": ["safety_factor"]},
+    ],
+)
+def test_a_value_without_bound_is_a_triangle_at_the_upper_edge_with_a_word_on_it(plot):
+    """An arm at rest has no stress: its safety factor is infinite, and no axis reaches so far."""
+    cases = cases_of(case_id=range(3), cable_1_n=[0.0, 20.0, 40.0], safety_factor=[np.inf, 6.0, 3.0])
+    figure = study_figure(plot_of(name="a", **plot), cases, None, SCENE)
+    figure.savefig(io.BytesIO())
+    (axes,) = figure.axes
+    triangles = [line for line in axes.lines if line.get_marker() == "^" and line.get_markerfacecolor() == "white"]
+    assert [len(line.get_xdata()) for line in triangles] == [1]
+    assert triangles[0].get_transform() == axes.get_xaxis_transform()
+    words = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert "at the upper edge: without bound (1 case)" in words
+    assert axes.get_ylim()[1] < 10

@@ -150,6 +150,17 @@ def test_a_reference_stands_behind_every_panel_and_titles_carry_a_note():
     assert texts(figure) == ["none"]
 
 
+def test_a_reference_that_each_panel_has_stands_in_its_own_panel_alone():
+    """One of the two is the reference, and it differs from panel to panel."""
+    states = pd.concat(states_of([[20.0 * case, 0, 0, 0]], case) for case in range(4))
+    cases = cases_of(effect=["none", "none", "this", "this"], payload=["light", "heavy"] * 2)
+    given = {"panel": "payload", "reference": {"effect": "none"}}
+    figure = study_figure(plot_of(name="a", kind="shapes", **given), cases, states, SCENE)
+    assert [len(polygons(axes)) for axes in figure.axes] == [2, 2]
+    ghosts = [np.max(polygons(axes)[0].get_paths()[-1].vertices[:, 1]) for axes in figure.axes]
+    assert ghosts[0] != ghosts[1]
+
+
 def test_of_many_shapes_some_are_drawn_and_that_is_said():
     count = 200
     states = pd.concat([states_of(np.zeros((1, 4)), first_case=number) for number in range(count)])

@@ -10,7 +10,17 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from prb3r.present import canvas, style
-from prb3r.present.study.sheet import FAILED_MARK, Sheet, begin_at_zero, entry, failures, ordered, values_of
+from prb3r.present.study.sheet import (
+    FAILED_MARK,
+    UNBOUNDED_MARK,
+    Sheet,
+    begin_at_zero,
+    entry,
+    failures,
+    ordered,
+    unbounded,
+    values_of,
+)
 from prb3r.present.style import pale
 from prb3r.study.compare import select
 from prb3r.study.plots.kinds import BarsPlot
@@ -19,7 +29,8 @@ from prb3r.study.plots.kinds import BarsPlot
 def bars_figure(sheet: Sheet[BarsPlot]) -> Figure:
     """Grouped bars, a panel for each metric with its own unit; whiskers span the cases that share a bar."""
     plot, rows = sheet.plot, sheet.rows
-    handles = [*sheet.handles(patch=True, solid=True), *(entry(ink) for ink in failures(rows))]
+    marks = [*failures(rows), *unbounded(rows, plot.y)]
+    handles = [*sheet.handles(patch=True, solid=True), *map(entry, marks)]
     shared = (_spread(_others(sheet, group, metric), metric) for metric in plot.y for _, _, group in sheet.groups(rows))
     if any((ends["max"] > ends["min"]).any() for ends in shared):
         told = "from least to greatest; bar: median"
@@ -61,8 +72,13 @@ def _spread(group: pd.DataFrame, metric: str) -> pd.DataFrame:
 def _bar(
     axes: Axes, at: np.ndarray, places: list[Any], group: pd.DataFrame, metric: str, ink: Mapping[str, Any]
 ) -> None:
-    """The bars of one group: medians, with whiskers where cases share a bar and crosses where cases failed."""
-    low, middle, high = _spread(group, metric).reindex(places).to_numpy(float).T
+    """The bars of one group: medians, with whiskers where cases share a bar, crosses where cases failed, and triangles
+    where a value is without bound."""
+    endless = at[np.isin(places, group["_x"][np.isinf(group[metric].astype(float))])]
+    if len(endless):
+        axes.plot(endless, np.full(len(endless), 0.97), transform=axes.get_xaxis_transform(), **UNBOUNDED_MARK)
+    finite = group.assign(**{metric: group[metric].where(np.isfinite(group[metric].astype(float)))})
+    low, middle, high = _spread(finite, metric).reindex(places).to_numpy(float).T
     axes.bar(at, middle, lw=0.7, **ink)
     if (high > low).any():
         whiskers = [middle - low, high - middle]

@@ -16,12 +16,25 @@ from matplotlib.transforms import ScaledTranslation
 from prb3r.present import canvas, style
 from prb3r.present.spots import LAST, point_at
 from prb3r.present.study.bars import name_places
-from prb3r.present.study.sheet import FAILED_MARK, Sheet, begin_at_zero, entry, failures, ordered, values_of
+from prb3r.present.study.sheet import (
+    FAILED_MARK,
+    UNBOUNDED_MARK,
+    Sheet,
+    begin_at_zero,
+    entry,
+    failures,
+    ordered,
+    unbounded,
+    values_of,
+)
 from prb3r.present.style import Shown, shown
 from prb3r.quantities import Quantity
 from prb3r.study.compare import select
 from prb3r.study.plots.base import COLUMN
 from prb3r.study.plots.kinds import LinesPlot
+
+EDGE_STEP = 0.02
+"""Height between the marks at an edge of two lines, as a share of the panel's."""
 
 
 def lines_figure(sheet: Sheet[LinesPlot]) -> Figure:
@@ -31,9 +44,11 @@ def lines_figure(sheet: Sheet[LinesPlot]) -> Figure:
     x, y = sheet.shown(plot.x, plot.x_unit), shown(sheet.quantity(plot.y[0]), rows["_y"], plot.y_unit)
     at = values_of(rows, plot.x).map(places.index) if places else rows[plot.x]
     rows["_at"], rows["_up"] = at.astype(float) * x.factor, rows["_y"].astype(float) * y.factor
+    endless = unbounded(rows, ["_up"])
+    rows["_endless"], rows["_up"] = np.isinf(rows["_up"]), rows["_up"].where(np.isfinite(rows["_up"]))
     titles, parts = sheet.panels()
     fits, points, bounds = list(_fits(sheet, x, y)), _published(plot), _verticals(sheet, parts, x)
-    extra = [*points.values(), *bounds[:1], *failures(rows)]
+    extra = [*points.values(), *bounds[:1], *failures(rows), *endless]
     figure, axes = canvas.panels(titles, [*sheet.handles(), *_band(sheet), *map(entry, extra)], 0.68)
     for number, (panel, part) in enumerate(zip(axes, parts, strict=True)):
         for index, (look, line, group) in enumerate(sheet.groups(part)):
@@ -91,7 +106,8 @@ def _line(axes: Axes, sheet: Sheet[LinesPlot], rows: pd.DataFrame, ink: Mapping[
     """Draw one line, by rising x; several values at one x as their median and a band from the least to the greatest.
 
     A locus follows the order of the cases.  Sampled cases are marks without a line.  Failed cases are crosses: at their
-    value if they have one, else at the lower edge.  `index`, the number of the line, shifts its marks and crosses.
+    value if they have one, else at the lower edge; values without bound are triangles at the upper one.  `index`, the
+    number of the line, shifts its marks and crosses.
     """
     curve = rows[["_at", "_up"]].rename(columns={"_up": "median"})
     if not _in_order(sheet) and not sheet.scene.sampled:
@@ -101,13 +117,17 @@ def _line(axes: Axes, sheet: Sheet[LinesPlot], rows: pd.DataFrame, ink: Mapping[
     step = 1 if len(curve) <= 12 or sheet.scene.sampled else -(-len(curve) // 8)
     axes.plot(curve["_at"], curve["median"], markevery=(index * step // 3 % step, step), mec="white", mew=0.4, **ink)
     cross = FAILED_MARK | {"color": ink["color"]}
-    failed = rows[(rows["outcome"] != "converged") & rows["_at"].notna()]
+    failed = rows[(rows["outcome"] != "converged") & rows["_at"].notna() & ~rows["_endless"]]
     seen, edge = failed[failed["_up"].notna()], failed[failed["_up"].isna()]
     if len(seen):
         axes.plot(seen["_at"], seen["_up"], zorder=3, **cross)
     if len(edge):
-        height = np.full(len(edge), 0.03 + 0.05 * index)
+        height = np.full(len(edge), 0.03 + EDGE_STEP * index)
         axes.plot(edge["_at"], height, transform=axes.get_xaxis_transform(), zorder=3, **cross)
+    endless = rows[rows["_endless"] & rows["_at"].notna()]
+    if len(endless):
+        height, triangle = np.full(len(endless), 0.97 - EDGE_STEP * index), UNBOUNDED_MARK | {"color": ink["color"]}
+        axes.plot(endless["_at"], height, transform=axes.get_xaxis_transform(), zorder=3, **triangle)
 
 
 def _verticals(sheet: Sheet[LinesPlot], parts: list[pd.DataFrame], x: Shown) -> list[dict[str, Any]]:

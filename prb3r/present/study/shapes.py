@@ -17,7 +17,7 @@ from prb3r.present import canvas, style
 from prb3r.present.framing import to_scale, view_of
 from prb3r.present.legends import MOST_WORDS
 from prb3r.present.spots import LAST, point_at
-from prb3r.present.study.sheet import FAILED_MARK, Sheet, entry
+from prb3r.present.study.sheet import FAILED_MARK, Sheet, entry, values_of
 from prb3r.present.style import Look, pale
 from prb3r.study.compare import select
 from prb3r.study.plots.kinds import ShapesPlot
@@ -93,9 +93,10 @@ def shapes_figure(sheet: Sheet[ShapesPlot]) -> Figure:
     if len(some) > MOST_SHAPES:
         some = some.iloc[np.linspace(0, len(some) - 1, MOST_SHAPES).round().astype(int)]
     drawn = _bodies(sheet, some)
-    behind = list(_bodies(sheet, _reference(sheet)).values())
+    reference = _reference(sheet)
+    behind = _bodies(sheet, reference)
     corners = np.concatenate(
-        [[[-0.016, 0.0]], *(body_drawn.disks.reshape(-1, 2) for body_drawn in (*drawn.values(), *behind))]
+        [[[-0.016, 0.0]], *(body_drawn.disks.reshape(-1, 2) for body_drawn in (*drawn.values(), *behind.values()))]
     )
     strongest = max((tension.max() for body_drawn in drawn.values() for tension in body_drawn.tensions), default=0.0)
     missing = some[~some.index.isin(list(drawn))]
@@ -110,8 +111,8 @@ def shapes_figure(sheet: Sheet[ShapesPlot]) -> Figure:
     figure, axes = canvas.panels(titles, handles, view_of(corners)[2])
     for panel, part in zip(axes, parts, strict=True):
         below: list[Body] = []
-        for ghost in behind:
-            draw_ghost(panel, ghost)
+        for index in _of_panel(sheet, reference, part).intersection(list(behind)):
+            draw_ghost(panel, behind[index])
         for look, line, group in sheet.groups(part):
             for index in group.index.intersection(list(drawn)):
                 covered = sum(_coincide(drawn[index], other) for other in below)
@@ -157,6 +158,14 @@ def _told_apart(sheet: Sheet[ShapesPlot]) -> tuple[Sheet[ShapesPlot], list[str]]
 def _reference(sheet: Sheet[ShapesPlot]) -> pd.DataFrame:
     """Rows of the cases that the plot draws pale, behind all others."""
     return select(sheet.cases, sheet.plot.reference) if sheet.plot.reference else sheet.cases[:0]
+
+
+def _of_panel(sheet: Sheet[ShapesPlot], reference: pd.DataFrame, part: pd.DataFrame) -> pd.Index:
+    """Index of the rows of the `reference` that belong into the panel of the rows `part`: all if the plot names the
+    column of the panels among what makes them the reference, else those with its value."""
+    if sheet.panel not in reference or sheet.panel in (sheet.plot.reference or {}):
+        return reference.index
+    return reference.index[values_of(reference, sheet.panel).isin(part["_panel"])]
 
 
 def _bodies(sheet: Sheet[ShapesPlot], rows: pd.DataFrame) -> dict[int, Body]:

@@ -6,11 +6,13 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, Generic, TypeVar
 
+import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
+from prb3r.model.files.cells import count
 from prb3r.model.manipulator import Manipulator
 from prb3r.present import style
 from prb3r.present.legends import named_in_legend, without_repeats
@@ -21,6 +23,8 @@ from prb3r.study.plots.base import COLUMN, Panelled, Plot
 
 FAILED_MARK: dict[str, Any] = {"color": style.INK, "ls": "", "marker": "x", "mew": 1.2, "ms": 4.8}
 """Cross of failed cases."""
+UNBOUNDED_MARK: dict[str, Any] = {"color": style.INK, "ls": "", "marker": "^", "mfc": "white", "mew": 0.9, "ms": 4.8}
+"""Triangle of cases whose value is without bound, at the upper edge."""
 
 PlotKind = TypeVar("PlotKind", bound=Plot)
 """The kind of plot that is drawn."""
@@ -147,7 +151,7 @@ class Sheet(Generic[PlotKind]):
         quantity, unit = self.quantity(column), self.shown(column)
         if not quantity.symbol:
             return f"{quantity.title} {style.with_unit(value * unit.factor, unit.unit)}"
-        return f"${quantity.symbol}$ = {style.with_unit(value * unit.factor, unit.unit)}"
+        return f"{style.symbol_text(quantity.symbol)} = {style.with_unit(value * unit.factor, unit.unit)}"
 
     @cached_property
     def ending_of_stacked(self) -> str:
@@ -237,7 +241,15 @@ def failures(rows: pd.DataFrame) -> list[dict[str, Any]]:
     placed = failed["_at"].notna() if "_at" in failed else failed["outcome"].notna()
     entries = []
     for outcome, group in failed.groupby("outcome"):
-        count, lost = group["case_id"].nunique(), group["case_id"][~placed[group.index]].nunique()
-        aside = f", {lost} of them without a place" if lost else ""
-        entries.append(f"{outcome} ({count} case{'s' * (count > 1)}{aside})")
+        number, lost = group["case_id"].nunique(), group["case_id"][~placed[group.index]].nunique()
+        low = group["_up"].isna().sum() if "_up" in group else 0
+        aside = f", {lost} of them without a place" if lost else ", at the lower edge: without a value" if low else ""
+        entries.append(f"{outcome} ({count(number, 'case')}{aside})")
     return [{**FAILED_MARK, "label": text} for text in entries]
+
+
+def unbounded(rows: pd.DataFrame, columns: Sequence[str]) -> list[dict[str, Any]]:
+    """Look and label of cases in which one of the `columns` is without bound, as of :func:`failures`; none without."""
+    cases = rows.loc[np.isinf(rows[list(columns)].to_numpy(float)).any(1), "case_id"].nunique()
+    text = f"at the upper edge: without bound ({count(cases, 'case')})"
+    return [{**UNBOUNDED_MARK, "label": text}] if cases else []
