@@ -90,8 +90,10 @@ def _trade(decision: Decision, k: int) -> str:
         f"{preference_in_words(decision, j)} is {' against '.join(told_apart(decision, k, first, j))}"
         for j in (*better[:2], *worse[:2])
     ]
-    split = min(len(better), 2)
-    return f"is better at this: {listed_names(told[:split])}; the price: {listed_names(told[split:])}"
+    gain, price = told[: min(len(better), 2)], told[min(len(better), 2) :]
+    said = [f"is better at this: {listed_names(gain)}"] if gain else []
+    said += [f"the price: {listed_names(price)}"] if price else []
+    return "; ".join(said) or "is as good in everything"
 
 
 def changes_with_weights(decision: Decision) -> list[str]:

@@ -11,6 +11,9 @@ from prb3r.study.compare import select
 from prb3r.study.decision import Decision, wish_columns
 from prb3r.study.designs import DesignCases, known_values
 
+ALL_ALIKE = "all of them alike"
+"""What comes first where preferences tell no design from another."""
+
 
 def decide(cases: DesignCases) -> Decision:
     """The decision between the designs of `cases` by their requirements and preferences.
@@ -75,8 +78,17 @@ def _winner(cases: DesignCases) -> str | None:
     none; None if there is no such design either."""
     decision = decide(cases)
     if decision.failed < decision.shared or not decision.preferences:
-        return decision.winner
+        return _first_of(decision)
     sound = [name for name, number in zip(decision.designs, decision.fails, strict=True) if not number]
     if not sound:
         return None
-    return decide(replace(cases, frame=cases.frame[cases.frame["design"].isin(sound)])).winner
+    return _first_of(decide(replace(cases, frame=cases.frame[cases.frame["design"].isin(sound)])))
+
+
+def _first_of(decision: Decision) -> str | None:
+    """The design that comes first, or all that preferences do not tell from it; None if no design will do."""
+    if not decision.preferences or decision.winner is None:
+        return decision.winner
+    best = decision.ranking[0]
+    alike = [k for k in decision.ranking if np.array_equal(decision.scores[k], decision.scores[best])]
+    return ALL_ALIKE if 1 < len(alike) == len(decision.designs) else " and ".join(decision.designs[k] for k in alike)

@@ -252,6 +252,18 @@ def test_a_design_that_fails_in_some_case_is_recommended_with_a_word_on_it_and_i
     assert ("In each circumstance", [said]) in counsel.points
 
 
+def test_designs_that_are_alike_in_some_case_come_first_there_together():
+    table = LOADED | {"reach_m": [1.0, 1.0, 2.0, 1.0, 3.0, 2.0]}
+    counsel = advice_on(cases(table, [], [greater("reach_m")], ["payload_n"]))
+    said = "Payload: all of them alike at 0 N and −4 N; stiff at −2 N."
+    assert ("In each circumstance", [said]) in counsel.points
+
+
+def test_designs_of_one_number_have_no_price():
+    table = {"design": ["x", "y", "z"], "a": [2.0, 2.0, 1.0]}
+    assert "y** is as good in everything; " in advice_on(cases(table, [], [greater("a")])).markdown
+
+
 def test_a_design_without_a_value_is_worse_than_the_only_one_that_has_one():
     """And what it is better at and what it costs are both told."""
     table = {"design": ["thin", "thick"], "force": [60.0, np.nan], "area": [1.0, 2.0]}

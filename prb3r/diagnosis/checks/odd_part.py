@@ -17,7 +17,7 @@ from prb3r.diagnosis.library.hypothesis import Hypothesis
 
 LEAST_TOLD = 1e-6
 """Share of the variance of a tolerance at or below which readings tell nothing of it but rounding."""
-FARTHEST = 100.0
+MOST_TOLERANCES = 100.0
 """Tolerances that a part may be off to be named.  Choice: a plate of a fifth of its stiffness; what would take more is
 no part that was made badly, and the readings are not linear in it."""
 
@@ -65,7 +65,7 @@ def odd_part(predict: Predictor, solved: Solution, effects: Sequence[Hypothesis]
     worst = int(np.argmax(np.abs(z)))
     k, left = felt[worst], max(fitted.chi2 - float(z[worst]) ** 2, 0.0)
     by_chance = abs(z[worst]) <= normal_critical(settings.naming_rate / 2 / len(z))
-    if by_chance or abs(made.mean[k]) > FARTHEST * told[k]:
+    if by_chance or abs(made.mean[k]) > MOST_TOLERANCES * told[k]:
         return None
     size = float(made.sd[k] * made.mean[k] / told[k])
     return OddPart(made.names[k], float(z[worst]), size, chi2_tail(left, fitted.freedom) >= settings.naming_rate)

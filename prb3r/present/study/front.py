@@ -89,8 +89,10 @@ def decision_figure(decision: Decision) -> Figure:
         quantities = decision.quantities[len(decision.requirements) :]
         words = [wish_in_words(*pair) for pair in zip(choice, quantities, strict=True)]
         _rows(axes, decision.worth, words, looks)
-        axes.set_xlim(-0.05, 1.05)
-        axes.set_xlabel("worth, from the worst (0) to the best (1)\nof the designs to choose from")
+        lacking = np.nanmin(decision.worth, initial=0.0)  # below 0: worse than all to choose from, or without a value
+        axes.set_xlim(1.05 * lacking - 0.05, 1.05)
+        below = "; below 0: worse, −1: without a value" * bool(lacking < 0)
+        axes.set_xlabel(f"worth, from the worst (0) to the best (1)\nof the designs to choose from{below}")
     canvas.legend(figure, grid[-1, 0], beside, handles)
     return figure
 

@@ -45,7 +45,8 @@ def lines_figure(sheet: Sheet[LinesPlot]) -> Figure:
     at = values_of(rows, plot.x).map(places.index) if places else rows[plot.x]
     rows["_at"], rows["_up"] = at.astype(float) * x.factor, rows["_y"].astype(float) * y.factor
     endless = unbounded(rows, ["_up"])
-    rows["_endless"], rows["_up"] = np.isinf(rows["_up"]), rows["_up"].where(np.isfinite(rows["_up"]))
+    drawable = np.isfinite(rows["_up"]) & ((rows["_up"] > 0) | (not plot.log_y))
+    rows["_endless"], rows["_up"] = np.isinf(rows["_up"]), rows["_up"].where(drawable)
     titles, parts = sheet.panels()
     fits, points, bounds = list(_fits(sheet, x, y)), _published(plot), _verticals(sheet, parts, x)
     extra = [*points.values(), *bounds[:1], *failures(rows), *endless]
