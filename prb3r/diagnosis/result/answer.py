@@ -51,6 +51,12 @@ def sureness(effect: NamedEffect) -> str:
     return "certain" if effect.certain else f"{100 * effect.probability:.0f} %"
 
 
+def outweighs_rivals(effect: NamedEffect, settings: Settings) -> bool:
+    """Whether an effect is so probable that what is known beforehand decides against the rivals that readings do not
+    tell it from."""
+    return effect.certain or (not effect.partial and effect.probability > settings.positive_presence)
+
+
 def exchanges(diagnosis: Diagnosis) -> Iterator[Exchange]:
     """What sets each alternative apart from the named set, the most probable first."""
     named = [effect.kind for effect in by_sureness(diagnosis)]

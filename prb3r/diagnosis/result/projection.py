@@ -7,11 +7,12 @@ import numpy as np
 
 from prb3r.diagnosis.checks.heldout import MUCH_BETTER, HeldOut
 from prb3r.diagnosis.checks.setup.find import Blunder
-from prb3r.diagnosis.result.answer import by_sureness, exchanges, sureness, what_to_do
+from prb3r.diagnosis.result.answer import by_sureness, exchanges, outweighs_rivals, sureness, what_to_do
 from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.diagnosis.result.effects import FittedLaw, NamedEffect, RivalEffect
 from prb3r.diagnosis.result.proposals import proposed
 from prb3r.diagnosis.result.statements import IN_WORDS
+from prb3r.diagnosis.settings import Settings
 from prb3r.markdown import few
 from prb3r.model.files.cells import count
 
@@ -34,6 +35,7 @@ found.  Choice: it makes chi-square smaller by a third."""
 def summary_lines(diagnosis: Diagnosis) -> list[str]:
     """The closing lines: verdict, named effects, alternatives, constants, errors on sequences set aside, notes, and
     what to do next."""
+    settings = Settings(**diagnosis.settings)
     fits = f"chi-square per degree of freedom {diagnosis.chi2.calibrated:.3g}"
     if diagnosis.effects:
         fits += f" with refitted constants alone, {diagnosis.chi2.explained:.3g} with what is named"
@@ -49,7 +51,7 @@ def summary_lines(diagnosis: Diagnosis) -> list[str]:
     for effect in by_sureness(diagnosis):
         sure = "" if diagnosis.verdict == "explained" else f"{sureness(effect)}: "
         lines.append(f"- {sure}{effect.statement}")
-        seldom = " by readings, but is less likely beforehand" if effect.certain else ""
+        seldom = " by readings, but is less likely beforehand" if outweighs_rivals(effect, settings) else ""
         lines += dict.fromkeys(f"  cannot be told apart{seldom}: {_with_values(rival)}" for rival in effect.rivals)
     if diagnosis.closure:
         lines.append(f"- {diagnosis.closure.statement}")

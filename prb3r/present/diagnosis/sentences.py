@@ -7,11 +7,12 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from prb3r.diagnosis.checks.heldout import HeldOut
-from prb3r.diagnosis.result.answer import in_words, possible_unnamed
+from prb3r.diagnosis.result.answer import in_words, outweighs_rivals, possible_unnamed
 from prb3r.diagnosis.result.diagnosis import Diagnosis
 from prb3r.diagnosis.result.effects import NamedEffect, RivalEffect
 from prb3r.diagnosis.result.projection import setup_sentences
 from prb3r.diagnosis.result.statements import Estimate
+from prb3r.diagnosis.settings import Settings
 from prb3r.markdown import few
 from prb3r.present import style
 from prb3r.quantities import describe, unit_ending
@@ -268,7 +269,8 @@ def other_explanations(diagnosis: Diagnosis) -> Iterator[str]:
                 yield f"{name}: {key} {_listed(best)} fits best, {key} {', '.join(others)} cannot be ruled out."
         if effect.rivals:
             rivals = dict.fromkeys(_rival_in_words(effect, rival) for rival in effect.rivals)
-            known = "; what is known beforehand speaks against that" if effect.certain else ""
+            sure = outweighs_rivals(effect, Settings(**diagnosis.settings))
+            known = "; what is known beforehand speaks against that" if sure else ""
             yield f"{name}: these recordings cannot tell it from {', or '.join(rivals)}{known}."
         if effect.forms:
             forms = dict.fromkeys(_rival_in_words(effect, form) for form in effect.forms)
