@@ -302,3 +302,30 @@ def test_check_says_where_masses_weigh_nothing(tmp_path):
         done = prb3r("check", tmp_path / "arm.toml")
         assert ("its masses (0.626 kg) weigh nothing without an effect gravity" in done.stdout) == said
         assert done.returncode == 0
+
+
+def test_a_page_that_cannot_be_made_leaves_the_cases_and_the_other_studies(tmp_path, monkeypatch):
+    from prb3r.present.study import current
+
+    publish = current.publish_what_changed
+
+    def broken_for_one(result):
+        if result.plan.study.name == "one":
+            raise ZeroDivisionError("division by zero")
+        publish(result)
+
+    monkeypatch.setattr(current, "publish_what_changed", broken_for_one)
+    text = f'title = "T"\nmanipulator = "{PROTOTYPE}"\n[[step]]\ncable_1_n = 5\n[[metric]]\nkind = "position"\n'
+    for name in ("one", "two"):
+        (tmp_path / f"{name}.toml").write_text(f'name = "{name}"\n{text}')
+    done = prb3r("run", tmp_path / "one.toml", tmp_path / "two.toml", "-o", tmp_path, "--jobs", "1")
+    assert done.returncode == 3
+    assert "one: 1 case in " in done.stderr
+    assert "but no page: internal error: ZeroDivisionError: division by zero" in done.stderr
+    assert "two: 1 case (" in done.stdout
+    assert (tmp_path / "two/report.html").exists()
+    assert len(pd.read_parquet(tmp_path / "one/cases.parquet")) == 1
+    monkeypatch.undo()
+    again = prb3r("run", tmp_path / "one.toml", "-o", tmp_path, "--jobs", "1")
+    assert again.returncode == 0
+    assert (tmp_path / "one/report.html").exists()

@@ -14,6 +14,8 @@ from prb3r.errors import Prb3rError
 
 RESUMED = frozenset({"run", "prove"})
 """Commands that, run again after an interrupt, go on where they stopped."""
+TRACEBACK = "set PRB3R_DEBUG=1 for the traceback"
+"""What is said with an internal error."""
 
 
 class ExitCode(IntEnum):
@@ -58,7 +60,7 @@ class Commands(click.Group):
             if os.environ.get("PRB3R_DEBUG"):
                 raise
             click.echo(
-                f"prb3r: internal error: {type(error).__name__}: {error} (set PRB3R_DEBUG=1 for the traceback)",
+                f"prb3r: internal error: {type(error).__name__}: {error} ({TRACEBACK})",
                 err=True,
             )
             ctx.exit(ExitCode.INTERNAL)

@@ -1,5 +1,6 @@
 """Commands on studies and their results: run, compare, report."""
 
+import os
 import re
 from collections.abc import Sequence
 from contextlib import ExitStack
@@ -9,9 +10,9 @@ from typing import TYPE_CHECKING, NoReturn
 
 import click
 
-from prb3r.cli.group import ExitCode
+from prb3r.cli.group import TRACEBACK, ExitCode
 from prb3r.cli.shared import JOBS, existing, say_what_is_compiled
-from prb3r.errors import Problem, SpecError
+from prb3r.errors import Prb3rError, Problem, SpecError
 
 if TYPE_CHECKING:
     from prb3r.present.study.current import Ended
@@ -67,20 +68,39 @@ def run_command(ctx, studies, output, jobs, fresh, dry_run, backend, scheduler) 
 def _presented(result: "Result") -> "Ended":
     """Draw the figures and write the report of a study, and record how its run ended, for :func:`still_standing`.
 
-    An unchanged study that is run again says what the record has, where nothing was computed.
+    An unchanged study that is run again says what the record has, where nothing was computed.  An error of the program
+    is no reason to leave other studies undone: it is told at the end.
     """
+    from prb3r.model.files.cells import count
     from prb3r.present.study.current import Ended, publish_what_changed, record_end
 
-    publish_what_changed(result)
-    answers = _answers(result)
+    try:
+        publish_what_changed(result)
+        answers = _answers(result)
+    except Prb3rError:
+        raise
+    except Exception as error:
+        if os.environ.get("PRB3R_DEBUG"):
+            raise
+        cases = count(len(result.cases), "case")
+        kept = f"{result.plan.study.name}: {cases} in {result.folder / 'cases.parquet'}"
+        said = f"{kept}, but no page: internal error: {type(error).__name__}: {error} ({TRACEBACK})"
+        return Ended(said, failed=True, broken=True)
     ended = Ended(_outcome(result, result.computed) + answers, result.failed > 0)
     record_end(result, replace(ended, said=_outcome(result, 0) + answers))
     return ended
 
 
 def _close(ctx: click.Context, ended: Sequence["Ended"]) -> NoReturn:
-    """Print how studies ended, and exit: with 1 if a case of any failed, else 0."""
-    click.echo("\n".join(study.said for study in ended))
+    """Print how studies ended, and exit: with 3 if the page of any could not be made, 1 if a case of any failed, else
+    0."""
+    whole, broken = ([study for study in ended if study.broken == lost] for lost in (False, True))
+    if whole:
+        click.echo("\n".join(study.said for study in whole))
+    for study in broken:
+        click.echo(f"prb3r: {study.said}", err=True)
+    if broken:
+        ctx.exit(ExitCode.INTERNAL)
     ctx.exit(ExitCode.SOME_FAILED if any(study.failed for study in ended) else ExitCode.DONE)
 
 

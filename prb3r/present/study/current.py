@@ -38,6 +38,8 @@ class Ended:
     """Its closing words."""
     failed: bool
     """Whether a case failed."""
+    broken: bool = False
+    """Whether its page could not be made, for an error of the program."""
 
 
 def record_end(result: "Result", ended: Ended) -> None:
