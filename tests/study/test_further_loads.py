@@ -107,3 +107,25 @@ def test_coupling_of_plates_that_creep_does_not_depend_on_the_load_that_shows_it
     metric = 'kind = "coupling"\ncable = "1"\ndisk = 7\nload_n = '
     small, large = (measured(tmp_path, CREEP, metric + load)["coupling_m_per_n"] for load in ("0.00001", "0.1"))
     assert small == pytest.approx(large, rel=5e-3)
+
+
+def test_where_friction_remembers_compliance_is_the_largest_over_all_directions(tmp_path):
+    """Cables that have been drawn in give way less to a push that pays them out: push and pull differ."""
+    text = prb3r.load_manipulator(MANIPULATOR).replace("friction.direction", "history").to_toml()
+    (tmp_path / "rig.toml").write_text(text)
+    pulls = [(20.0, 0.0), (20.0, 30.0)]
+    steps = "".join(f"[[step]]\ncable_1_n = {one}\ncable_3_n = {three}\n" for one, three in pulls)
+    head = 'name = "further"\ntitle = "Further"\nmanipulator = "rig.toml"\n'
+    (tmp_path / "further.toml").write_text(f'{head}{steps}[[metric]]\nkind = "tip-compliance"\nload_n = 0.5\n')
+    plan = plan_study(tmp_path / "further.toml")
+    columns, _ = solve_chunk(Chunk(plan.cases.families, tuple(plan.study.metric), "none", None, plan.cables))
+    told = pd.DataFrame(columns).iloc[0]["tip_compliance_m_per_n"]
+    table = pd.DataFrame([*pulls, pulls[-1]], columns=NAMES).assign(sequence="a", step=range(3))
+    shifts = []
+    for angle in np.radians(np.arange(0, 360, 5)):
+        pushed = table.assign(tip_x_n=[0, 0, 0.5 * np.cos(angle)], tip_y_n=[0, 0, 0.5 * np.sin(angle)])
+        states = prb3r.solve(tmp_path / "rig.toml", pushed)
+        tip = states.loc[states["disk"] == 14, ["x_m", "y_m"]].to_numpy()
+        shifts.append(np.hypot(*(tip[-1] - tip[-2])) / 0.5)
+    assert told == pytest.approx(max(shifts), rel=0.003)
+    assert max(shifts) > 1.01 * shifts[(int(np.argmax(shifts)) + 36) % 72]  # the other way

@@ -50,8 +50,19 @@ class Coupling(Metric):
         return shift / self.load_n, np.abs(pulled.angle[:, disk] - states.angle[ends, disk]) / self.load_n
 
 
+SECTORS = 12
+"""Sectors of 30 degrees into which the directions of a force are divided where friction follows the load path."""
+BETWEEN = 8
+"""Directions within a sector at which its largest shift is sought."""
+
+
 class TipCompliance(Metric):
-    """Largest shift of the tip disk per newton of a small force on it, over all directions of the force."""
+    """Largest shift of the tip disk per newton of a small force on it, over all directions of the force.
+
+    Where friction or plates remember the load path the arm is stiffer one way than the other: it is pushed from the
+    last step in `SECTORS` directions, between which the shift is linear in the force.  Otherwise it is the largest
+    singular value of the shifts by a push and a pull along either axis.
+    """
 
     kind: Literal["tip-compliance"]
     together: ClassVar[bool] = True
@@ -63,6 +74,8 @@ class TipCompliance(Metric):
         return [Quantity("tip_compliance_m_per_n", "", "m/N", "largest shift of the tip disk per newton of tip force")]
 
     def values(self, cases: Solved) -> Sequence[np.ndarray]:
+        if cases.chain.remembers:
+            return [self._one_way(cases)]
         pushes = self.load_n * np.array([[1, 0], [-1, 0], [0, 1], [0, -1]], float)
         pushed = cases.continued(*(cases.last._replace(tip=cases.last.tip + push) for push in pushes))
         moved = np.array([pushed.x[:, -1], pushed.y[:, -1]]).reshape(2, 4, cases.count)
@@ -70,6 +83,19 @@ class TipCompliance(Metric):
         known, largest = np.isfinite(compliance).all((1, 2)), np.full(cases.count, np.nan)
         largest[known] = np.linalg.norm(compliance[known], 2, axis=(1, 2))
         return [largest]
+
+    def _one_way(self, cases: Solved) -> np.ndarray:
+        """(c,) the largest shift per newton of pushes from the last step; NaN where one has no equilibrium."""
+        angles = 2 * np.pi / SECTORS * np.arange(SECTORS)
+        pushes = self.load_n * np.stack([np.cos(angles), np.sin(angles)], 1)
+        still = cases.last
+        pushed = cases.continued(still, *(still._replace(tip=still.tip + push) for push in pushes))
+        tips = np.array([pushed.x[:, -1], pushed.y[:, -1]]).reshape(2, SECTORS + 1, cases.count)
+        shift = (tips[:, 1:] - tips[:, :1]) / self.load_n
+        part = angles[1] * np.linspace(0, 1, BETWEEN + 1)[:, None, None, None]
+        share = np.sin(part) / np.sin(angles[1]), np.sin(angles[1] - part) / np.sin(angles[1])
+        between = share[0] * np.roll(shift, -1, 1) + share[1] * shift
+        return np.hypot(*np.moveaxis(between, 1, 0)).max((0, 1))
 
 
 class FrictionDirection(Metric):
