@@ -69,6 +69,25 @@ def test_a_decimal_comma_is_called_that(tmp_path):
         read_toml(tmp_path / "comma.toml", Strict)
 
 
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("[disk]\n[disk]\n", ":2: not valid TOML: [disk] stands here for the second time; each of several is [[disk]]"),
+        ('name = "a"\nname = "b"\n', ":2: not valid TOML: name is given twice in one table"),
+        ("values = [0,05, 0,7]\n", ":1: not valid TOML: decimals have a point, not a comma, as in [0.5, 1.5]"),
+        ("name = \u201ca\u201d\n", ':1: not valid TOML: quotation marks have to be plain ones: "..."'),
+        (
+            'file = "C:\\work"\n',
+            ":1: not valid TOML: a backslash means something else in double quotes: write / in paths, or single quotes",
+        ),
+        ("name = arm\n", ':1: not valid TOML: invalid value; text needs quotes: "..."'),
+        ("a = [1, 2\n", ":2: not valid TOML: unclosed array"),
+    ],
+)  # fmt: skip
+def test_mistakes_of_writing_are_called_what_they_are(tmp_path, text, said):
+    assert problems(tmp_path, text) == [said]
+
+
 def test_all_problems_of_a_file_come_at_once_in_file_order_each_in_its_place(tmp_path):
     text = """\
 law = "cheng"   # not a hinge set
@@ -186,7 +205,7 @@ k = 1
     ("text", "said"),
     [
         ("a = 1\nb = \n", r":2: not valid TOML: invalid value"),
-        ("a = 1\na = 2\n", r":2: not valid TOML: cannot overwrite a value"),
+        ("a = 1\na = 2\n", r":2: not valid TOML: a is given twice in one table"),
         ('a = 1\nb = """x\n', r":\d: not valid TOML: .*"),
         (b"a = 1\nb = '\xff'\n", r": is not UTF-8 text \(line 2\)"),
     ],

@@ -187,13 +187,14 @@ def some_effect(choice: Choice) -> list[str]:
 
 
 def not_ruled_out(choice: Choice) -> list[str]:
-    """A remark on kinds of effects that may be there beside the named ones, though likelier not.
+    """A remark on kinds of effects that may be there beside the named ones, though likelier not in all.
 
     Where none is named, there is none if :func:`some_effect` says so already.
     """
     beside = presence_of([survivor for survivor in choice.survivors if survivor.kinds >= choice.kinds])
     least = choice.fitted.model.settings.told_presence
-    open_ = {kind: p for kind, p in beside.items() if kind not in choice.kinds and least <= p <= 0.5}
+    said = choice.kinds | choice.likely.keys()
+    open_ = {kind: p for kind, p in beside.items() if kind not in said and least <= p <= 0.5}
     if not open_ or (not choice.kinds and some_effect(choice)):
         return []
     told = [f"{kind.replace('_', ' ')} ({100 * p:.0f} %)" for kind, p in sorted(open_.items(), key=lambda it: -it[1])]

@@ -3,7 +3,6 @@
 Models are pydantic models with `extra="forbid"`.
 """
 
-import re
 import tomllib
 from collections.abc import Iterable, Mapping
 from pathlib import Path
@@ -17,12 +16,9 @@ from prb3r.model.files.kinds import with_article, wrong_kind
 from prb3r.model.files.place import TABLE_SUFFIXES, refusal_of_place
 from prb3r.model.files.plain import plain
 from prb3r.model.files.toml_lines import Keys, dotted, line_of, lines_of_keys
+from prb3r.model.files.toml_syntax import what_is_wrong
 from prb3r.model.files.validation import validate
 
-DECIMAL_COMMA = re.compile(r"^[^#\"'\[{]*=\s*([-+]?\d+),(\d+)\s*(#.*)?$")
-"""A line with a number that has a comma where a point is meant."""
-UNQUOTED = re.compile(r"[=\[,]\s*[A-Za-z_]")
-"""Where a value begins that may be text without its quotes."""
 MOST_NESTED = 20
 """Most levels of nested tables and lists; a manipulator with effects has five."""
 MOST_BYTES = 2**24
@@ -49,16 +45,8 @@ def read_toml(path: str | Path, model: type[_Model]) -> _Model:
     except RecursionError:
         raise SpecError(Problem(str(path), f"tables and lists are nested more than {MOST_NESTED} deep")) from None
     except ValueError as error:
-        what, _, place = str(error).removesuffix(")").partition(" (at line ")
-        line = int(place.partition(",")[0] or text.count("\n") + 1)
-        if not isinstance(error, tomllib.TOMLDecodeError):  # Python reads no number of thousands of digits
-            what, line = "a number has too many digits", _longest_line(text)
-        what = what.removesuffix(" (at end of document")
-        if comma := DECIMAL_COMMA.match(text.split("\n")[line - 1]):
-            what = f"decimals have a point, not a comma: {comma[1]}.{comma[2]}"
-        if what == "Invalid value" and UNQUOTED.search(text.split("\n")[line - 1]):
-            what += '; text needs quotes: "..."'
-        raise SpecError(Problem(f"{path}:{line}", f"not valid TOML: {what[:1].lower()}{what[1:]}")) from None
+        line, what = what_is_wrong(error, text)
+        raise SpecError(Problem(f"{path}:{line}", f"not valid TOML: {what}")) from None
     instance, wrong = validate(data, model)
     if instance is not None and not wrong:
         return instance
@@ -110,12 +98,6 @@ def _deeper(data: Any, most: int) -> bool:
 def _inner(part: Any) -> Iterable[Any]:
     """The values of a table or the elements of a list; nothing for other data."""
     return part.values() if isinstance(part, dict) else part if isinstance(part, list) else ()
-
-
-def _longest_line(text: str) -> int:
-    """Number, from 1, of the longest line of a text."""
-    lines = text.split("\n")
-    return max(range(len(lines)), key=lambda number: len(lines[number])) + 1
 
 
 def _text(path: Path) -> str:
