@@ -329,3 +329,24 @@ def test_a_page_that_cannot_be_made_leaves_the_cases_and_the_other_studies(tmp_p
     again = prb3r("run", tmp_path / "one.toml", "-o", tmp_path, "--jobs", "1")
     assert again.returncode == 0
     assert (tmp_path / "one/report.html").exists()
+
+
+def test_check_asks_whether_plates_that_are_thicker_than_wide_are_meant(tmp_path):
+    text, right = PROTOTYPE.read_text(), "width_m = 0.030\nthickness_m = 0.0008"
+    assert right in text
+    assert "exchanged" not in prb3r("check", PROTOTYPE).stdout
+    (tmp_path / "arm.toml").write_text(text.replace(right, "width_m = 0.0008\nthickness_m = 0.030", 1))
+    done = prb3r("check", tmp_path / "arm.toml")
+    assert done.returncode == 0, done.stderr
+    assert "segment 1: its plates are thicker (" in done.stdout
+    assert "are thickness_m and width_m exchanged?" in done.stdout
+
+
+@pytest.mark.parametrize(("bend", "refused"), [("1.2", False), ("40", True)])
+def test_a_bend_in_degrees_is_asked_for_in_radians(tmp_path, bend, refused):
+    metric = f'[[metric]]\nkind = "drive-tension"\ncable = "1"\nsegment = 1\nbend_rad = {bend}\n'
+    head = f'name = "s"\ntitle = "s"\nmanipulator = "{PROTOTYPE}"\n[[step]]\ncable_1_n = 3.0\n'
+    (tmp_path / "s.toml").write_text(head + metric)
+    done = prb3r("check", tmp_path / "s.toml")
+    assert done.returncode == (2 if refused else 0)
+    assert ("40 rad are 6.4 turns; 40 degrees are 0.6981 rad" in done.stderr) == refused

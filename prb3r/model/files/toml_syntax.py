@@ -11,9 +11,9 @@ UNQUOTED = re.compile(r"[=\[,]\s*[A-Za-z_]")
 """Where a value begins that may be text without its quotes."""
 CURLY = re.compile("[\u2018\u2019\u201c\u201d\u201e]")
 """Quotation marks as word processors set them."""
-TABLE = re.compile(r"^\s*\[\s*([^\[\]]+?)\s*\]")
+TABLE_LINE = re.compile(r"^\s*\[\s*([^\[\]]+?)\s*\]")
 """A line that begins a table."""
-KEY = re.compile(r"^\s*([A-Za-z0-9_.\"' -]+?)\s*=")
+KEY_OF_LINE = re.compile(r"^\s*([A-Za-z0-9_.\"' -]+?)\s*=")
 """The key of a line."""
 
 
@@ -41,7 +41,7 @@ def _hint(what: str, line: str) -> str:
         return "decimals have a point, not a comma, as in [0.5, 1.5]"
     if CURLY.search(line):
         return 'quotation marks have to be plain ones: "..."'
-    table, key = TABLE.match(line), KEY.match(line)
+    table, key = TABLE_LINE.match(line), KEY_OF_LINE.match(line)
     if table and what.startswith(("Cannot declare", "Cannot overwrite", "Cannot mutate")):
         return f"[{table[1]}] stands here for the second time; each of several is [[{table[1]}]]"
     if key and what == "Cannot overwrite a value":

@@ -6,7 +6,7 @@ from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 import scipy
-from pydantic import Field
+from pydantic import Field, field_validator
 
 from prb3r.mechanics.chain import Chain, loads
 from prb3r.model.files.numbers import Positive
@@ -14,6 +14,9 @@ from prb3r.model.laws.self_consistent import equilibria_of
 from prb3r.model.manipulator import Manipulator
 from prb3r.quantities import Quantity
 from prb3r.study.metrics.base import Metric, Solved
+
+MOST_BEND = 2 * math.tau
+"""Bend of a segment, rad, beyond which it is taken for degrees: two turns.  Choice: no segment coils so far."""
 
 
 class DriveTension(Metric):
@@ -27,6 +30,14 @@ class DriveTension(Metric):
     bend_rad: Positive
     """Bend of the segment, rad."""
     up_to_n: Positive = 2000.0
+
+    @field_validator("bend_rad")
+    @classmethod
+    def _in_radians(cls, bend: float) -> float:
+        if bend > MOST_BEND:
+            turned = f"{bend:g} rad are {bend / math.tau:.1f} turns; {bend:g} degrees are {math.radians(bend):.4g} rad"
+            raise ValueError(f"is the bend in radians: {turned}")
+        return bend
 
     def quantities(self) -> list[Quantity]:
         angle = f"{math.degrees(self.bend_rad):.0f} degrees"

@@ -27,7 +27,7 @@ class Workspace(Metric):
     kind: Literal["workspace"]
     of_clouds: ClassVar[bool] = True
     of_loads: ClassVar[frozenset[str]] = frozenset({"workspace_tension_n"})
-    cell: Annotated[float, Field(ge=0.0005)] = 0.01
+    cell: Annotated[float, Field(ge=0.0005, le=0.5)] = 0.01
     """Side of a cell over the straight length."""
     count: Annotated[int, Field(ge=16, le=4_194_304)] = 8192
     """With `tension_n`: number of loads."""
