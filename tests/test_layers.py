@@ -24,7 +24,7 @@ ORDER = {
     "inverse": "target pull descent search applied reached reach",
     "runs": "threads files secret store sealed states pending part parts provenance tasks backends engine journal",
     "runs.backends": "process_map shield loky aside dask",
-    "study": "rounding workspace metrics wishes plots distributions factors loading spec yielding axes tree loads "
+    "study": "rounding workspace metrics wishes plots distributions factors loading spec unasked axes tree loads "
     "cases case_problems resolve columns compare converged selections chunk measure cloud work stored plan tables "
     "manifest designs rigs search compute explore run decision settled decide phrases recommend advice",
     "study.metrics": "base strength response reach position drive",

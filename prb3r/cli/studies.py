@@ -184,10 +184,10 @@ def _answers(result: "Result") -> str:
         from prb3r.study.rigs import share_sentences
 
         text += "".join(f"\n  {sentence}" for sentence in share_sentences(result.rigs))
-    if "safety_factor" in result.cases:
-        from prb3r.study.yielding import yield_warnings
+    if not {"safety_factor", "reached_share"}.isdisjoint(result.cases):
+        from prb3r.study.unasked import unasked_warnings
 
-        text += "".join(f"\n  {warning}" for warning in yield_warnings(result.cases, result.plan.study))
+        text += "".join(f"\n  {warning}" for warning in unasked_warnings(result.cases, result.plan.study))
     if "workspace_half_share" in result.cases:
         from prb3r.study.converged import workspace_warnings
 

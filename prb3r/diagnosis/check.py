@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from prb3r.diagnosis.checks.heldout import HeldOut
-from prb3r.diagnosis.checks.predicting import predicting
+from prb3r.diagnosis.checks.predicting import is_picked, predicting
 from prb3r.diagnosis.checks.residuals import ModelCheck, model_checks
 from prb3r.diagnosis.checks.setup.find import Blunder
 from prb3r.diagnosis.checks.tolerated import tolerances_told
@@ -96,6 +96,7 @@ def check(searched: Searched, blunder: Blunder | None = None) -> Investigation:
     filed = better_as_filed(choice.calibrated, refitted or reported, fresh) if why and fresh else None
     missed = predicted_by_others(choice, fresh, failed)
     odd = bool(at_bounds(choice.fitted) or missed) or impossible_rims(choice.fitted)
+    odd = odd or is_picked(choice, before, fresh)
     unsure = odd or blunder is not None or any(effect.rivals for effect in named)
     verdict = "unexplained" if why else verdict_on(choice, unsure, end_on_bounds(reported))
     tolerances = tolerances_told(choice.fitted, choice.doubts)

@@ -8,7 +8,7 @@ import pytest
 from prb3r.diagnosis.check import check
 from prb3r.diagnosis.checks import predicting as predicting_module
 from prb3r.diagnosis.checks.heldout import HeldOut
-from prb3r.diagnosis.checks.predicting import predicting
+from prb3r.diagnosis.checks.predicting import is_picked, predicting
 from prb3r.diagnosis.checks.unseen import Unseen, unseen
 from prb3r.diagnosis.checks.verdict import verdict_on, why_misleading
 from prb3r.diagnosis.fit.model import Fit
@@ -76,6 +76,38 @@ def test_constants_are_not_adequate_where_effects_are_likely_together_or_beside_
     fitted = SimpleNamespace(model=SimpleNamespace(settings=Settings()))
     choice = SimpleNamespace(kinds=(), likely=likely, of_any=of_any, structured=structured, fitted=fitted)
     assert verdict_on(choice, unsure=False, impossible=impossible) == verdict
+
+
+@pytest.mark.parametrize(
+    ("predict", "taken"),
+    [
+        ({"gradient"}, "gradient"),  # as few effects as the chosen one
+        ({"contact gradient hole", "contact gradient"}, "contact gradient hole"),  # the most probable that does
+        ({"contact gradient"}, "contact gradient"),
+        ({"contact rare"}, "contact"),  # too improbable
+        ({"contact", "contact gradient"}, "contact"),
+    ],
+)
+def test_where_the_chosen_model_fails_the_most_probable_one_that_predicts_takes_its_place(monkeypatch, predict, taken):
+    """With no more effects if there is one; then it is only picked by what was set aside."""
+
+    def model(names, probability):
+        effects = tuple(names.split())
+        fitted = SimpleNamespace(
+            name=names, converged=True, model=SimpleNamespace(hypotheses=effects, settings=Settings())
+        )
+        return SimpleNamespace(fitted=fitted, effects=frozenset(effects), probability=probability, log_evidence=0.0)
+
+    likely = [model("contact gradient hole", 0.3), model("contact gradient", 0.2), model("gradient", 0.1)]
+    survivors = [model("contact", 0.37), *likely, model("contact rare", 0.03)]
+    chosen = survivors[0].fitted
+    choice = SimpleNamespace(fitted=chosen, survivors=survivors, effects=survivors[0].effects, kinds={"contact"})
+    fresh = SimpleNamespace(refutes=lambda fitted: fitted.name not in predict)
+    monkeypatch.setattr(predicting_module, "_by_all_sequences", lambda *_: chosen)
+    monkeypatch.setattr(predicting_module, "_with", lambda other, choice, search: SimpleNamespace(fitted=other))
+    after = predicting(choice, fresh, None)
+    assert after.fitted.name == taken
+    assert is_picked(after, chosen, fresh) == (len(taken.split()) > 1)
 
 
 @pytest.mark.long

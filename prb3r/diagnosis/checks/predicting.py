@@ -15,11 +15,11 @@ from prb3r.diagnosis.search.selection import Choice
 def predicting(choice: Choice, fresh: Unseen | None, search: Search) -> Choice:
     """The choice, changed to another surviving model where the sequences set aside favour that one.
 
-    If the chosen model does not predict them, the most probable model that does takes its place.  That one may have no
-    more effects than the chosen model: further effects have to be named by the evidence of the fitted sequences alone.
-    Otherwise, if the chosen model is a proper part of the most probable one, its place is taken by the smallest part
-    that contains it and is not much less probable by fitted and held-out sequences together, unless that one misleads
-    (:func:`_misleads`).  A model that takes its place is fitted until it converges, as the verdict rests on it.
+    If the chosen model does not predict them, the most probable model that does takes its place, of those with no more
+    effects than the chosen one if there is one: further effects should be named by the evidence of the fitted sequences
+    alone.  Otherwise, if the chosen model is a proper part of the most probable one, its place is taken by the smallest
+    part that contains it and is not much less probable by fitted and held-out sequences together.  No model takes the
+    place that misleads (:func:`_misleads`).  One that does is fitted until it converges, as the verdict rests on it.
     """
     if fresh is None:
         return choice
@@ -30,9 +30,26 @@ def predicting(choice: Choice, fresh: Unseen | None, search: Search) -> Choice:
         if other is not None:
             return _with(other, choice, search)
     fuller = _by_all_sequences(choice, fresh)
+    if fuller is choice.fitted and fresh.refutes(choice.fitted):
+        fuller = _likeliest_that_predicts(choice, fresh) or choice.fitted
     if fuller is choice.fitted or _misleads(fuller, choice, fresh):
         return choice
     return _with(fuller, choice, search)
+
+
+def is_picked(choice: Choice, before: Fit, fresh: Unseen | None) -> bool:
+    """Whether a model with more effects than the one chosen `before` was taken since that one does not predict the
+    sequences set aside."""
+    more = len(choice.fitted.model.hypotheses) > len(before.model.hypotheses)
+    return more and fresh is not None and fresh.refutes(before)
+
+
+def _likeliest_that_predicts(choice: Choice, fresh: Unseen) -> Fit | None:
+    """The most probable surviving model that predicts the sequences set aside, of any number of effects; None without
+    one that is not much less probable than all others together (`Settings.alike_rate`)."""
+    likely = [s for s in choice.survivors if s.probability >= choice.fitted.model.settings.alike_rate]
+    ranked = sorted(likely, key=lambda survivor: -survivor.probability)
+    return next((survivor.fitted for survivor in ranked if not fresh.refutes(survivor.fitted)), None)
 
 
 def _misleads(fuller: Fit, choice: Choice, fresh: Unseen) -> bool:

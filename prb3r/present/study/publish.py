@@ -9,7 +9,7 @@ from prb3r.present.study.section import Section
 from prb3r.present.study.source import Source
 from prb3r.study.converged import workspace_warnings
 from prb3r.study.run import Result
-from prb3r.study.yielding import yield_warnings
+from prb3r.study.unasked import unasked_warnings
 
 
 def publish(result: Result) -> list[Path]:
@@ -29,8 +29,8 @@ def publish(result: Result) -> list[Path]:
         from prb3r.present.study.pictures import draw_pictures  # loads matplotlib
 
         files, figures, answers, problems = draw_pictures(result, source)
-    if weak := yield_warnings(result.cases, study):
-        answers = replace(answers, sections=[*answers.sections, Section("Strength", weak, [])])
+    if unasked := unasked_warnings(result.cases, study):
+        answers = replace(answers, sections=[*answers.sections, Section("What nothing asks for", unasked, [])])
     if warnings := workspace_warnings(result.cases, study):
         answers = replace(answers, sections=[*answers.sections, Section("Convergence", warnings, [])])
     files += write_report(result.folder, source, figures, answers)

@@ -1,8 +1,13 @@
 """Plates that would yield are told of a study that asks for no safety factor."""
 
+from types import SimpleNamespace
+
 import pandas as pd
 import pytest
 from command import prb3r
+
+from prb3r.study.unasked import unasked_warnings
+from prb3r.study.wishes import Requirement
 
 ARM = """
 name = "arm"
@@ -64,3 +69,18 @@ def test_a_cloud_that_leaves_out_what_yields_is_no_proof_of_strength(tmp_path):
         assert ran.returncode == 0, ran.stderr
         assert ("Requirement 1 holds by itself" in ran.stdout) == said
         assert ("No design keeps every requirement" in ran.stdout) != said
+
+
+@pytest.mark.parametrize(
+    ("shares", "asked", "decides", "said"),
+    [
+        ([1.0, 0.5], [], True, ["Targets are missed in 1 of 2 cases, which no requirement rules out."]),
+        ([1.0, 1.0], [], True, []),
+        ([1.0, 0.5], [Requirement(metric="farthest_off_m", at_most=1e-3)], True, []),
+        ([1.0, 0.5], [], False, []),
+    ],
+)
+def test_missed_targets_are_told_where_no_requirement_judges_them(shares, asked, decides, said):
+    study = SimpleNamespace(decides=decides, requirement=asked, cloud=None)
+    told = unasked_warnings(pd.DataFrame({"reached_share": shares}), study)
+    assert [text.partition(" A requirement")[0] for text in told] == said

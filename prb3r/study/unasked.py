@@ -1,4 +1,4 @@
-"""Whether plates would yield in cases of a study that asks for no safety factor, or asks it of loads that have it."""
+"""What a study does not ask of its designs, although some of its cases fall short of it: strength, and targets."""
 
 import pandas as pd
 
@@ -8,9 +8,31 @@ from prb3r.study.spec import Study
 SAFETY = "safety_factor"
 OF_STRENGTH = {SAFETY, "peak_stress_pa", "peak_strain"}
 """Columns of the metric `safety`."""
+SHARE_REACHED = "reached_share"
+OF_TARGETS = {SHARE_REACHED, "first_missed", "farthest_off_m", "most_turned_off_rad", "reachable_share"}
+"""Columns of the metric `follow` that tell whether targets are reached."""
 
 
-def yield_warnings(cases: pd.DataFrame, study: Study) -> list[str]:
+def unasked_warnings(cases: pd.DataFrame, study: Study) -> list[str]:
+    """Warnings of plates that yield and of targets that are missed where no requirement rules that out; `cases` is the
+    table of all cases."""
+    return [*_yielding(cases, study), *_missed(cases, study)]
+
+
+def _missed(cases: pd.DataFrame, study: Study) -> list[str]:
+    """A warning of cases in which targets are missed, in a study that decides between designs."""
+    if SHARE_REACHED not in cases or not study.decides or any(wish.metric in OF_TARGETS for wish in study.requirement):
+        return []
+    missed = cases[SHARE_REACHED] < 1
+    if not missed.any():
+        return []
+    return [
+        f"Targets are missed in {missed.sum()} of {count(len(cases), 'case')}, which no requirement rules out. "
+        f"A requirement on {SHARE_REACHED} (at_least = 1) excludes such designs."
+    ]
+
+
+def _yielding(cases: pd.DataFrame, study: Study) -> list[str]:
     """A warning of cases in which plates would yield, with the worst, and of requirements that hold by themselves.
 
     Where a requirement judges the strength of plates there is no warning of the former.
