@@ -5,9 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
-from diagnosis.simulated import Case, pulled_again, recorded
+from diagnosis.simulated import Case, pulled_again, recorded, write_recording
 
-from prb3r.diagnosis.checks.repeats import scatter
+from prb3r import solve
+from prb3r.diagnosis.checks.repeats import repeats_contradict, scatter
+from prb3r.diagnosis.checks.setup.order import order_blunders
 from prb3r.diagnosis.evidence.repeated_loads import matches
 from prb3r.diagnosis.fit.calibrate import fit_constants
 from prb3r.diagnosis.fit.constants import Constants
@@ -18,6 +20,7 @@ from prb3r.diagnosis.result.mismatch import mismatch_of
 from prb3r.diagnosis.settings import Settings
 from prb3r.mechanics.chain import Loads
 from prb3r.model.effects.plates import NonlinearPlate
+from prb3r.recording.reading import load_recording
 from prb3r.recording.recording import Kind
 
 
@@ -40,6 +43,37 @@ def test_steps_that_constants_alone_do_not_reach_tell_no_scatter(monkeypatch):
 
     monkeypatch.setattr("prb3r.diagnosis.checks.repeats.fit_constants", losing)
     assert scatter(many, Settings()).factor == pytest.approx(2.0, rel=0.15)
+
+
+@pytest.fixture(scope="module")
+def pulled_in_other_steps(tmp_path_factory):
+    """Four pulls of one cable in steps of 4, 3, 5 and 3.5 N, read with a noise of 0.3 mm."""
+    folder, rng = tmp_path_factory.mktemp("steps"), np.random.default_rng(5)
+    write_recording(folder)
+    pulls = {f"pull{k}": np.arange(1, int(36 / step)) * step for k, step in enumerate((4.0, 3.0, 5.0, 3.5))}
+    rows = [
+        {"sequence": name, "step": k, "cable_1_n": pull}
+        for name, steps in pulls.items()
+        for k, pull in enumerate(steps, 1)
+    ]
+    steps = pd.DataFrame(rows).assign(slip_1=-1)
+    states = solve(folder / "manipulator.toml", steps)
+    markers = states.loc[states["disk"] > 0, ["sequence", "step", "disk", "x_m", "y_m"]]
+    markers[["x_m", "y_m"]] += 3e-4 * rng.standard_normal((len(markers), 2))
+    steps.to_csv(folder / "steps.csv", index=False)
+    markers.to_csv(folder / "markers.csv", index=False)
+    return load_recording(folder)
+
+
+def test_pictures_at_another_step_repeat_less_well(pulled_in_other_steps):
+    """Readings under equal loads are of one arm, whatever bends it; one step later they are not."""
+    settings, right = Settings(), pulled_in_other_steps
+    later = next(r for r in order_blunders(right) if "every sequence belong to the step after" in r.blunder)
+    shifted = later.mend(right).recording
+    pair = [(each, fit_constants(predictor(each, settings), settings=settings).constants) for each in (shifted, right)]
+    assert repeats_contradict(*pair, settings)  # mended where there is nothing to mend
+    assert not repeats_contradict(*pair[::-1], settings)  # a shift that was made, and is mended
+    assert not repeats_contradict(pair[1], pair[1], settings)
 
 
 def test_other_paths_are_no_repetition():

@@ -33,6 +33,9 @@ class NoiseSettings:
     """Shares of the noise that a photograph may have in common.  Choice; the largest for markers that are followed in
     one image: where the noise of a disk is 0.45 times that of the one before it, and its own, a half left clean rigs
     `unexplained`."""
+    common_supposed: float = 0.25
+    """Share of the noise that the disks of a photograph are supposed to have in common at least where repeated readings
+    are counted.  Choice: the second of those that are tried."""
     common_reaches: tuple[float, ...] = (2.0, 1e3)
     """Disks over which: neighbours, or the whole photograph, which has fewer.  Choice."""
     common_sd: float = 0.3

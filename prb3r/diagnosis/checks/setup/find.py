@@ -14,12 +14,13 @@ from operator import attrgetter
 
 import numpy as np
 
+from prb3r.diagnosis.checks.repeats import repeats_contradict
 from prb3r.diagnosis.checks.setup.attempt import Attempt, attempt_on
 from prb3r.diagnosis.checks.setup.cables import cable_blunders
 from prb3r.diagnosis.checks.setup.factors import MISNOTED, factor_blunders, finer
 from prb3r.diagnosis.checks.setup.hung import hung_blunders
 from prb3r.diagnosis.checks.setup.lengths import THICKNESS, length_blunders
-from prb3r.diagnosis.checks.setup.order import EXCHANGED_STEPS, order_blunders, step_blunders
+from prb3r.diagnosis.checks.setup.order import EXCHANGED_STEPS, OF_ORDER, order_blunders, step_blunders
 from prb3r.diagnosis.checks.setup.pictures import picture_blunders
 from prb3r.diagnosis.checks.setup.remedy import File, Remedy
 from prb3r.diagnosis.checks.setup.robust import expected_loss
@@ -127,7 +128,7 @@ def find_blunder(
         *factor_blunders(attempt.recording, missed),
     ]
     least = least_of_kinds(among, settings, doubted_slips(recording))
-    tried = trials(attempt, among, apply)
+    tried = [t for t in trials(attempt, among, apply) if not _contradicted(t, attempt)]
     better = [t for t in tried if t.total < attempt.here.total]
     speaking = [t for t in better if t.gain >= least[t.remedy.kind]]
     whispering = [t for t in better if t.gain >= settings.faint_blunder] if faint and not speaking else []
@@ -146,6 +147,15 @@ def find_blunder(
     found = blunder_by(best.remedy, recording, among, settings)
     least_here = least[best.remedy.kind]
     return replace(found, alike=alike, plain=plain, least=least_here, faint=not speaking, expected=expected)
+
+
+def _contradicted(tried: Trial, attempt: Attempt) -> bool:
+    """Whether a remedy that lets less be missed moves pictures to other steps, and loads that were repeated speak
+    against that."""
+    if tried.remedy.kind not in OF_ORDER or tried.total >= attempt.here.total:
+        return False
+    mended = tried.mended.recording, tried.standing.constants
+    return repeats_contradict(mended, (attempt.recording, attempt.here.constants), attempt.trying.settings)
 
 
 def blunder_by(remedy: Remedy, recording: Recording, among: Sequence[Remedy], settings: Settings) -> Blunder:

@@ -10,6 +10,8 @@ from prb3r.recording.recording import Recording
 
 EXCHANGED_STEPS = "steps exchanged"
 """Kind of the remedies that undo an exchange of two steps."""
+OF_ORDER = frozenset({"backward", "shifted", "sequences exchanged"})
+"""Kinds of the remedies that move the pictures of whole sequences to other steps."""
 
 
 def order_blunders(recording: Recording) -> Iterator[Remedy]:
