@@ -39,7 +39,7 @@ ORDER = {
     "diagnosis.search": "twins experiment empirical_law linear_selection columns unknown_law joint_columns confounded "
     "assumed apply search exchange pool small_loads saturated selection worth rivals contradicted coarser pairs "
     "starts joint_odds joint_pool together agreement",
-    "diagnosis.checks": "unread tolerated setup set_aside repeats odd_part heldout doubt unseen residuals verdict "
+    "diagnosis.checks": "unread tolerated repeats setup set_aside odd_part heldout doubt unseen residuals verdict "
     "predicting frame statements",
     "diagnosis.result": "rig_remarks spread starting_anew discrepancy numbers largest_bending workshop "
     "constant_remarks statements effects proposals named remarks investigation tables mismatch same_rig "
