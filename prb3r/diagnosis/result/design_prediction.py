@@ -21,6 +21,7 @@ from pydantic import ValidationError
 from prb3r.diagnosis.confidence import TAIL
 from prb3r.diagnosis.result.as_made import as_made
 from prb3r.diagnosis.result.diagnosis import Diagnosis
+from prb3r.diagnosis.result.discrepancy import share_moved
 from prb3r.diagnosis.result.largest_bending import bending_of
 from prb3r.diagnosis.result.learnt_design import LearntDesign, made_as, on_benches, said_of_benches, said_of_making
 from prb3r.diagnosis.result.posterior import Drawn, Posterior, averaged
@@ -59,6 +60,11 @@ _OF_WHAT_STAYS = (
 )
 _AS_GIVEN = "loads are taken as they are given here; those of the recording were mended, since it looks as if {}"
 """What is said of loads where the diagnosis found blunders in those of the recording."""
+_TOO_FAR = (
+    "constants alone are taken: what carries over would move this design by {:.0f} % of its way from the straight "
+    "manipulator, where it moves the recorded rig by {:.0f} %, so that it may stand in for what acts otherwise here"
+)
+"""What is said where effects of an unexplained recording do not carry over."""
 WHAT_TO_GIVE = "give the folder that prb3r diagnose wrote, or its diagnosis.json"
 """What messages ask for in the place of a diagnosis."""
 
@@ -107,7 +113,30 @@ def predict_design(
         raise SpecError(Problem(str(manipulator) if isinstance(manipulator, str | Path) else given.name, UNMENDED))
     columns = read_table(steps) if isinstance(steps, str | Path) else steps
     timed = columns is None or TIME in columns
-    benches = on_benches(LearntDesign(known, given, another_copy=another_copy, timed=timed), same_bench)
+    learnt = LearntDesign(known, given, another_copy=another_copy, timed=timed)
+    predicted = _predicted_design(learnt, steps, verdict, same_bench, draws, seed)
+    moved = learnt.posterior.models[0].moved if known.alone is not None and not learnt.recorded else None
+    if moved is None or predicted.positions is None:
+        return predicted
+    sober = replace(learnt, known=known.without_effects())
+    alone = _predicted_design(sober, steps, verdict, same_bench, draws, seed)
+    assert alone.positions is not None
+    chain, places = alone.manipulator.chain(), (_places(each, given.plates) for each in (predicted, alone))
+    if (share := share_moved(chain, *places)) <= Settings.moved_elsewhere * moved:
+        return predicted
+    return replace(alone, remarks=(*alone.remarks, _TOO_FAR.format(100 * share, 100 * moved)))
+
+
+def _predicted_design(
+    learnt: LearntDesign,
+    steps: pd.DataFrame | Mapping[str, Any] | str | Path | None,
+    verdict: str,
+    same_bench: bool | None,
+    draws: int,
+    seed: int,
+) -> DesignPrediction:
+    """What is predicted for a design by the model, or the models, that its posterior rests on."""
+    known, benches = learnt.known, on_benches(learnt, same_bench)
     designs = made_as(benches)
     design = designs[0]
     posterior, (central, left), remarks = design.posterior, design.named, design.remarks
@@ -160,6 +189,12 @@ def predict_design(
         share = written_out(100 * lost.max(), ".2g")
         remarks.append(f"at some step {share} % of the draws have no equilibrium; {told}")
     return DesignPrediction(central, left, tuple(remarks), _banded(blocks.whole(), centre, spread))
+
+
+def _places(prediction: DesignPrediction, plates: int) -> np.ndarray:
+    """(2, s, n + 1) predicted x and y of all disks, m."""
+    assert prediction.positions is not None
+    return prediction.positions[["x_m", "y_m"]].to_numpy().T.reshape(2, -1, plates + 1)
 
 
 def read_posterior(diagnosis: str | Path | Diagnosis) -> tuple[Posterior, str]:

@@ -41,6 +41,15 @@ class Discrepancy(Strict):
         return self.share * rng.standard_normal((draws, 1, 3)) * way
 
 
+def share_moved(chain: Chain, one: np.ndarray, other: np.ndarray) -> float:
+    """How far two predictions (2, s, n + 1), x and y of all disks, are from one another, as a share of the way of the
+    `other` from the straight manipulator, both root mean square; NaN are left out, and it is infinite without a way."""
+    apart, way = np.hypot(*(one - other)), from_straight(chain, *other)
+    known = np.isfinite(apart)
+    moved = float(np.sum(way[known] ** 2))
+    return float(np.sqrt(np.sum(apart[known] ** 2) / moved)) if moved else np.inf
+
+
 def from_straight(chain: Chain, x: np.ndarray, y: np.ndarray) -> np.ndarray:
     """(s, n + 1) distances of the disks of `chain`, at `x` and `y` (s, n + 1), from their places on the straight one,
     m."""

@@ -79,6 +79,9 @@ class ModelPosterior(Strict):
     """How the parts of the rig came out."""
     discrepancy: Discrepancy | None = None
     """Between the model and the rig, where the recording is unexplained and something was read that moves."""
+    moved: float | None = None
+    """How far its effects move the recorded rig from where `Posterior.alone` has it, as a share of the way from the
+    straight manipulator; absent where there is no such model beside it."""
 
     @cached_property
     def hypotheses(self) -> tuple[Hypothesis, ...]:
@@ -172,6 +175,9 @@ class Posterior(Strict):
     behind are not there."""
     on_bench: ModelPosterior | None = None
     """As `carried`, for designs on the bench of the recording; absent in what was written before: as `carried`."""
+    alone: ModelPosterior | None = None
+    """Constants alone, for designs of another geometry that `carried` or `on_bench` would move farther than they move
+    the recorded rig."""
     bending: Bending | None = None
     """How far plates were bent; absent in what was written before this was noted."""
     pace_s: float | None = None
@@ -189,6 +195,10 @@ class Posterior(Strict):
         alone = self.reported if same_geometry else elsewhere
         rest = dict.fromkeys(("reported", "carried", "on_bench"))
         return self.model_copy(update={"models": [alone], **rest}) if alone else self
+
+    def without_effects(self) -> "Posterior":
+        """The posterior on which designs of another geometry are predicted with constants alone."""
+        return self.model_copy(update={"carried": self.alone, "on_bench": self.alone, "alone": None})
 
     @property
     def tells_thickness(self) -> bool:

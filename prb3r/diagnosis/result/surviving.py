@@ -19,7 +19,7 @@ from prb3r.diagnosis.result.investigation import Investigation
 from prb3r.diagnosis.result.largest_bending import bending_of
 from prb3r.diagnosis.result.posterior import FILE_NAMES, FreeParameter, ModelPosterior, Posterior
 from prb3r.diagnosis.result.rig_remarks import impossible_rims
-from prb3r.diagnosis.result.unexplained import best_elsewhere, best_of_rig
+from prb3r.diagnosis.result.unexplained import best_elsewhere, best_of_rig, constants_elsewhere, moved_by_effects
 from prb3r.model.manipulator import Manipulator
 
 MODULUS = FILE_NAMES["log_stiffness"]
@@ -42,6 +42,8 @@ def posterior_of(investigation: Investigation) -> Posterior:
     ]
     unexplained = bool(investigation.why)
     doubted = unexplained or impossible_rims(choice.fitted)
+    carried, on_bench = (_carried(investigation, bench) if doubted else None for bench in (False, True))
+    beside = any(model is not None and model.moved is not None for model in (carried, on_bench))
     return Posterior(
         manipulator=recording.manipulator,
         as_filed=investigation.as_filed,
@@ -49,11 +51,19 @@ def posterior_of(investigation: Investigation) -> Posterior:
         tolerance=recording.tolerance,
         models=models,
         reported=_alone(*best_of_rig(investigation)) if unexplained else None,
-        carried=_alone(*best_elsewhere(investigation, same_bench=False)) if doubted else None,
-        on_bench=_alone(*best_elsewhere(investigation, same_bench=True)) if doubted else None,
+        carried=carried,
+        on_bench=on_bench,
+        alone=_alone(*constants_elsewhere(investigation)) if beside else None,
         bending=bending_of(recording.manipulator, choice.fitted.solved.states.angle, recording.begins),
         pace_s=recording.pace_s,
     )
+
+
+def _carried(investigation: Investigation, same_bench: bool) -> ModelPosterior:
+    """The posterior of the model on which predictions for designs of another geometry rest."""
+    best, discrepancy = best_elsewhere(investigation, same_bench)
+    moved = moved_by_effects(investigation, same_bench) if best is investigation.reported else None
+    return _alone(best, discrepancy).model_copy(update={"moved": moved})
 
 
 def _alone(best: Fit, discrepancy: Discrepancy | None) -> ModelPosterior:

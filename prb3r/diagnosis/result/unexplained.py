@@ -11,7 +11,7 @@ from prb3r.diagnosis.fit.covariance import Noise, reading_sd
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.fit.prediction import Predictor, Solution
 from prb3r.diagnosis.result.carried_constants import log_of_scatter
-from prb3r.diagnosis.result.discrepancy import Discrepancy, from_straight
+from prb3r.diagnosis.result.discrepancy import Discrepancy, from_straight, share_moved
 from prb3r.diagnosis.result.investigation import Investigation
 from prb3r.diagnosis.result.transfer import other_geometry
 from prb3r.diagnosis.settings import Settings
@@ -35,15 +35,38 @@ def best_elsewhere(investigation: Investigation, same_bench: bool) -> tuple[Fit,
     constants alone leave.  Constants alone that the recording pulls far from what it states of them
     (`Settings.strained_sd`) stand in for that physics too: then those of the file are taken.
     """
+    best, missed = _best(investigation, *_carried(investigation, same_bench), Settings.carried_gain)
+    return (best, missed) if best is investigation.reported else constants_elsewhere(investigation)
+
+
+def constants_elsewhere(investigation: Investigation) -> tuple[Fit, Discrepancy | None]:
+    """The constants alone that designs of another geometry are predicted with, with their discrepancy."""
+    alone = investigation.filed or investigation.refitted
+    if _strained(alone) and (filed := constants_as_filed(alone)) is not None:
+        alone = filed
+    return alone, _discrepancy(_recorded(investigation), alone.constants, alone.effects)
+
+
+def moved_by_effects(investigation: Investigation, same_bench: bool) -> float:
+    """How far the effects that carry over move the recorded rig from where constants alone have it
+    (:func:`constants_elsewhere`), as a share of its way from the straight manipulator (:func:`share_moved`); the larger
+    one of the fitted and the held-out sequences."""
+    alone, _ = constants_elsewhere(investigation)
+    shares = []
+    for predict, _ in _recorded(investigation):
+        models = _carried(investigation, same_bench), (alone.constants, alone.effects)
+        with_effects, without = (predict.solve(*model) for model in models)
+        places = (np.stack([each.states.x, each.states.y]) for each in (with_effects, without))
+        shares.append(share_moved(without.chain, *places))
+    return max(shares)
+
+
+def _carried(investigation: Investigation, same_bench: bool) -> tuple[Constants, Sequence[Effect]]:
+    """Constants and effects of the reported model as they carry over to another geometry."""
     nominal, reported = investigation.recording.manipulator, investigation.reported
-    constants = reported.constants
-    stiffness = constants.log_stiffness + log_of_scatter(reported.effects, nominal)
-    carried = constants._replace(log_stiffness=stiffness)
+    stiffness = reported.constants.log_stiffness + log_of_scatter(reported.effects, nominal)
     effects, _ = other_geometry(reported.effects, nominal, nominal, same_bench=same_bench)
-    best, missed = _best(investigation, carried, effects, Settings.carried_gain)
-    if best is investigation.reported or not _strained(best) or (filed := constants_as_filed(best)) is None:
-        return best, missed
-    return filed, _discrepancy(_recorded(investigation), filed.constants, filed.effects)
+    return reported.constants._replace(log_stiffness=stiffness), effects
 
 
 def _strained(alone: Fit) -> bool:

@@ -142,6 +142,10 @@ class SequencesSettings:
     carried_gain: float = 0.5
     """Share of the squared error beyond noise that constants alone leave, of what was set aside, which effects of an
     unexplained recording must remove to carry over to another geometry.  Choice: the larger part."""
+    moved_elsewhere: float = 2.0
+    """How many times as far as the recorded rig effects of an unexplained recording may move another geometry, as a
+    share of its way from the straight manipulator, to carry over to it.  Choice: beyond, they act where nothing tells
+    whether they are right."""
     fewest_repeats: int = 8
     """Repeated steps from which on their scatter is held against the stated noise.  Choice: told to a quarter."""
 
