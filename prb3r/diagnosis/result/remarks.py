@@ -12,6 +12,7 @@ from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.library.hypothesis import Hypothesis
 from prb3r.diagnosis.result.named import Named
 from prb3r.diagnosis.search.assumed import Assumed, another_size
+from prb3r.diagnosis.search.dissipating import DISSIPATING
 from prb3r.diagnosis.search.pool import Survivor
 from prb3r.diagnosis.search.selection import Choice, presence_of
 from prb3r.diagnosis.settings import Settings
@@ -19,9 +20,6 @@ from prb3r.markdown import listed
 from prb3r.model.effects.base import Effect
 from prb3r.model.effects.plates import NonlinearPlate
 from prb3r.model.effects.sections import SuperelasticPlate
-
-DISSIPATING = "hysteretic_plate", "flag_hysteresis"
-"""Kinds of effects by which plates dissipate as they are bent and let go."""
 
 
 def not_predicted(failed: Sequence[JudgedSequence]) -> list[str]:

@@ -48,14 +48,14 @@ def _best_of_pair(task: tuple[Fit, tuple[Hypothesis, Hypothesis]]) -> Fit | None
     calibrated, pair = task
     model, friction = replace(calibrated.model, hypotheses=pair), calibrated.model.friction(calibrated.p)
     starts = [np.concatenate([calibrated.p, *u]) for u in product(*(effect.starts(friction) for effect in pair))]
-    begun = _fitted(model, starts, model.settings.pair_steps)
+    begun = fitted_from(model, starts, model.settings.pair_steps)
     if not begun or begun[0].chi2 >= model.settings.saturated_leaves * calibrated.chi2:
         return None
     lowest = [fitted.p for fitted in begun[: model.settings.pair_starts]]
-    return next(iter(_fitted(model, lowest)), None)
+    return next(iter(fitted_from(model, lowest)), None)
 
 
-def _fitted(model: Model, starts: Sequence[np.ndarray], most: int | None = None) -> list[Fit]:
+def fitted_from(model: Model, starts: Sequence[np.ndarray], most: int | None = None) -> list[Fit]:
     """Fits from some starts after at most `most` steps, smallest chi-square first; starts without a fit left out."""
     fits = (fit(model, start, most_steps=most) for start in starts)
     return sorted((fitted for fitted in fits if fitted is not None), key=lambda fitted: fitted.chi2)

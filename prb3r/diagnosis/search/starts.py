@@ -12,6 +12,7 @@ from prb3r.diagnosis.evidence.outliers import Doubts
 from prb3r.diagnosis.fit.least_squares import fit
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.search.assumed import fit_assumed
+from prb3r.diagnosis.search.dissipating import DISSIPATING, dissipating
 from prb3r.diagnosis.search.pairs import paired
 from prb3r.diagnosis.search.pool import Pool
 from prb3r.diagnosis.search.saturated import eliminated, saturated
@@ -44,6 +45,7 @@ def search_effects(
     3. If neither explains it: the fits of backward elimination from all common effects.
     4. If much is still unexplained: plates that soften until something stops them, unless they leave most of the
        chi-square of the constants.  Left out if `least_worth` is given.
+    5. If the choice leaves more than noise in the end: plates that dissipate, likewise.
 
     If a prediction is slow, the constants alone are the only start beside 1, tried if 1 does not explain the recording.
     The search then goes on from the best result by exchanging effects, with the best models of the other starts in its
@@ -70,7 +72,23 @@ def search_effects(
         if not choice.structured or (again := begun_anew(settled, search)) is None:
             break
         settled, choice = again, choose(again, search)
+    if choice.structured and least_worth == -np.inf:
+        choice = _or_dissipating(choice, _beginning(calibrated, search, doubts))
     return replace(choice, worth_of_first_start=worth_of_first_start)
+
+
+def _or_dissipating(choice: Choice, beginning: "_Beginning") -> Choice:
+    """A choice that leaves more than noise, or the one of a search from plates that dissipate if that is better: more
+    probable, or without anything left but noise."""
+    if choice.fitted.costly or not choice.kinds.isdisjoint(DISSIPATING):
+        return choice
+    law = dissipating(beginning.calibrated, beginning.search)
+    if law is None:
+        return choice
+    other = choose(exchange_effects(_from_known(beginning, law).explored, beginning.search), beginning.search)
+    ahead = mean_log_odds(other.survivors[0].fitted, choice.survivors[0].fitted, beginning.search)
+    better = ahead > choice.fitted.model.settings.better_exchanged
+    return other if better or (not other.structured and choice.structured) else choice
 
 
 def search_from_known(calibrated: Fit, search: Search, doubts: Doubts) -> Choice:
