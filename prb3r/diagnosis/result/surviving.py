@@ -19,7 +19,7 @@ from prb3r.diagnosis.result.investigation import Investigation
 from prb3r.diagnosis.result.largest_bending import bending_of
 from prb3r.diagnosis.result.posterior import FILE_NAMES, FreeParameter, ModelPosterior, Posterior
 from prb3r.diagnosis.result.rig_remarks import impossible_rims
-from prb3r.diagnosis.result.unexplained import best_elsewhere, best_of_rig, constants_elsewhere, moved_by_effects
+from prb3r.diagnosis.result.unexplained import best_elsewhere, best_of_rig, constants_alone, moved_by_effects
 from prb3r.model.manipulator import Manipulator
 
 MODULUS = FILE_NAMES["log_stiffness"]
@@ -53,7 +53,7 @@ def posterior_of(investigation: Investigation) -> Posterior:
         reported=_alone(*best_of_rig(investigation)) if unexplained else None,
         carried=carried,
         on_bench=on_bench,
-        alone=_alone(*constants_elsewhere(investigation)) if beside else None,
+        alone=_alone(*constants_alone(investigation)) if beside else None,
         bending=bending_of(recording.manipulator, choice.fitted.solved.states.angle, recording.begins),
         pace_s=recording.pace_s,
     )

@@ -36,22 +36,22 @@ def best_elsewhere(investigation: Investigation, same_bench: bool) -> tuple[Fit,
     (`Settings.strained_sd`) stand in for that physics too: then those of the file are taken.
     """
     best, missed = _best(investigation, *_carried(investigation, same_bench), Settings.carried_gain)
-    return (best, missed) if best is investigation.reported else constants_elsewhere(investigation)
+    if best is investigation.reported or not _strained(best) or (filed := constants_as_filed(best)) is None:
+        return best, missed
+    return filed, _discrepancy(_recorded(investigation), filed.constants, filed.effects)
 
 
-def constants_elsewhere(investigation: Investigation) -> tuple[Fit, Discrepancy | None]:
-    """The constants alone that designs of another geometry are predicted with, with their discrepancy."""
+def constants_alone(investigation: Investigation) -> tuple[Fit, Discrepancy | None]:
+    """The constants alone that predict best, refitted or of the file, with their discrepancy."""
     alone = investigation.filed or investigation.refitted
-    if _strained(alone) and (filed := constants_as_filed(alone)) is not None:
-        alone = filed
     return alone, _discrepancy(_recorded(investigation), alone.constants, alone.effects)
 
 
 def moved_by_effects(investigation: Investigation, same_bench: bool) -> float:
     """How far the effects that carry over move the recorded rig from where constants alone have it
-    (:func:`constants_elsewhere`), as a share of its way from the straight manipulator (:func:`share_moved`); the larger
+    (:func:`constants_alone`), as a share of its way from the straight manipulator (:func:`share_moved`); the larger
     one of the fitted and the held-out sequences."""
-    alone, _ = constants_elsewhere(investigation)
+    alone, _ = constants_alone(investigation)
     shares = []
     for predict, _ in _recorded(investigation):
         models = _carried(investigation, same_bench), (alone.constants, alone.effects)
