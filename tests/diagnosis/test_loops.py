@@ -5,12 +5,18 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from diagnosis.simulated import NITINOL, Case, investigated
+from diagnosis.simulated import NITINOL, Case, investigated, recorded
 
+from prb3r.diagnosis.fit.calibrate import fit_constants
+from prb3r.diagnosis.fit.prediction import predictor
 from prb3r.diagnosis.library import SUSPECTS, hypotheses
 from prb3r.diagnosis.library.hypothesis import Hypothesis
+from prb3r.diagnosis.library.scope import Scope
 from prb3r.diagnosis.result.remarks import never_unloaded
 from prb3r.diagnosis.result.tell import tell
+from prb3r.diagnosis.search import starts
+from prb3r.diagnosis.search.dissipating import dissipating
+from prb3r.diagnosis.settings import Settings
 from prb3r.model.effects.plates import NonlinearPlate
 
 LOOPS = {"kind": "hysteretic_plate", "slipping_share": 0.4, "yield_strain": 1.2e-3}
@@ -61,6 +67,48 @@ def test_flags_of_superelastic_plates_are_named_and_not_taken_for_a_pulley():
     told = flag.parameters["reverse_ratio"]
     assert told.value == pytest.approx(0.5, rel=0.1)
     assert told.high < 1.3 * told.low
+
+
+def laws_of_plates(recording):
+    """The constants alone of a recording, and a search among laws of all plates that its loops suggest."""
+    settings = Settings()
+    calibrated = fit_constants(predictor(recording, settings), settings=settings)
+    scope = Scope.of(recording, calibrated.model.predict.chain, calibrated.solved.states)
+    laws = [each for each in hypotheses(scope) if each.kind in ("hysteretic_plate", "nonlinear_plate")]
+    return calibrated, SimpleNamespace(library=laws, apply=lambda function, tasks: list(map(function, tasks)))
+
+
+def test_a_search_that_explains_nothing_begins_anew_from_plates_that_dissipate():
+    """From the law that makes the loops, with its numbers; from none where plates are soft and make none."""
+    fitted = dissipating(*laws_of_plates(recorded(SMOOTH)))
+    (law,) = fitted.effects
+    assert law.kind == "hysteretic_plate"
+    assert law.slipping_share == pytest.approx(0.4, rel=0.15)
+    assert law.yield_strain == pytest.approx(1.2e-3, rel=0.15)
+    assert dissipating(*laws_of_plates(recorded(Case(friction=0.0)))) is None
+
+
+@pytest.mark.parametrize(
+    ("kinds", "ahead", "structured", "taken"),
+    [
+        ({"plate_relaxation"}, 30.0, True, True),
+        ({"plate_relaxation"}, -30.0, False, True),  # nothing is left but noise
+        ({"plate_relaxation"}, -30.0, True, False),
+        ({"hysteretic_plate"}, 30.0, False, False),  # it is there already
+    ],
+)
+def test_what_is_found_from_dissipating_plates_has_to_be_better(monkeypatch, kinds, ahead, structured, taken):
+    fitted = SimpleNamespace(costly=False, model=SimpleNamespace(settings=Settings()))
+    survivors = [SimpleNamespace(fitted=fitted)]
+    choice = SimpleNamespace(fitted=fitted, kinds=frozenset(kinds), survivors=survivors, structured=True)
+    other = SimpleNamespace(survivors=survivors, structured=structured)
+    beginning = SimpleNamespace(calibrated=fitted, search=None)
+    monkeypatch.setattr(starts, "dissipating", lambda *_: fitted)
+    monkeypatch.setattr(starts, "_from_known", lambda *_: SimpleNamespace(explored=None))
+    monkeypatch.setattr(starts, "exchange_effects", lambda *_: None)
+    monkeypatch.setattr(starts, "choose", lambda *_: other)
+    monkeypatch.setattr(starts, "mean_log_odds", lambda *_: ahead)
+    assert (starts._or_dissipating(choice, beginning) is other) == taken
 
 
 def test_flags_are_suspected_of_superelastic_metals_that_are_bent_back(nitinol, rubbing):
