@@ -38,7 +38,7 @@ ORDER = {
     "linearised score_test outliers rig_as_made renewal stated_accuracy missing_moments detectable constants_by_part",
     "diagnosis.search": "twins experiment empirical_law linear_selection columns unknown_law joint_columns confounded "
     "assumed apply search exchange pool small_loads saturated selection worth rivals contradicted coarser pairs "
-    "starts joint_odds joint_pool together agreement",
+    "dissipating starts joint_odds joint_pool together agreement",
     "diagnosis.checks": "unread tolerated repeats setup set_aside odd_part heldout doubt unseen residuals verdict "
     "predicting frame statements",
     "diagnosis.result": "rig_remarks spread starting_anew discrepancy numbers largest_bending workshop "

@@ -55,6 +55,7 @@ from prb3r.diagnosis.result.rig_remarks import (
     noisy,
     off_as_drawn,
     scattered,
+    too_vague,
     uneven_plates,
     weighed,
     wrong_weights,
@@ -96,7 +97,9 @@ def check(searched: Searched, blunder: Blunder | None = None) -> Investigation:
     filed = better_as_filed(choice.calibrated, refitted or reported, fresh) if why and fresh else None
     missed = predicted_by_others(choice, fresh, failed)
     odd = bool(at_bounds(choice.fitted) or missed) or impossible_rims(choice.fitted)
-    odd = odd or is_picked(choice, before, fresh)
+    errors = _errors(fresh, choice.fitted, refitted or reported, reported) if fresh else None
+    vague = too_vague(errors, choice.fitted.model.settings) if errors and not (why or failed) else []
+    odd = odd or is_picked(choice, before, fresh) or bool(vague)
     unsure = odd or blunder is not None or any(effect.rivals for effect in named)
     verdict = "unexplained" if why else verdict_on(choice, unsure, end_on_bounds(reported))
     tolerances = tolerances_told(choice.fitted, choice.doubts)
@@ -120,7 +123,7 @@ def check(searched: Searched, blunder: Blunder | None = None) -> Investigation:
         checks=checks,
         closure=law,
         closure_gain=gain,
-        heldout=_errors(fresh, choice.fitted, refitted or reported, reported) if fresh else None,
+        heldout=errors,
         experiments=separations(choice, named) if verdict == "ambiguous" else (),
         failed=tuple(sequence.name for sequence in failed),
         rival_blunder=blunder,
@@ -138,6 +141,7 @@ def check(searched: Searched, blunder: Blunder | None = None) -> Investigation:
             *(() if why else other_forms(named)),
             *(off_as_drawn(fresh, choice.fitted, reported) if not failed else ()),
             *missed,
+            *vague,
             *(disk_to_read(choice) if verdict == "ambiguous" else ()),
             *(as_the_file_has_it(fresh, refitted or reported, filed) if fresh and filed else ()),
             *_on_what_was_set_aside(choice, before, fresh, failed, refuted),

@@ -13,6 +13,7 @@ from prb3r.diagnosis.checks.unseen import Unseen, unseen
 from prb3r.diagnosis.checks.verdict import verdict_on, why_misleading
 from prb3r.diagnosis.fit.model import Fit
 from prb3r.diagnosis.known import Task
+from prb3r.diagnosis.result.rig_remarks import too_vague
 from prb3r.diagnosis.search.apply import serially
 from prb3r.diagnosis.settings import Settings
 from prb3r.diagnosis.stages import to_search
@@ -125,3 +126,19 @@ def test_what_was_set_aside_names_nothing_that_predicts_it_worse_than_constants(
         monkeypatch.setattr(HeldOut, "is_worse", lambda self, times, worse=worse: worse)
         assert predicting(alone, fresh, search).fitted.model.hypotheses == expected
         assert predicting(replace(choice, fitted=fuller), fresh, search).fitted is fuller
+
+
+@pytest.mark.parametrize(
+    ("explained", "made", "said"),
+    [(0.0006, None, False), (0.0009, 0.0004, False), (0.0009, None, True), (0.0009, 0.0008, True)],
+)
+def test_what_is_missed_by_far_more_than_noise_is_said_though_it_is_no_contradiction(explained, made, said):
+    """Twice the noise of 0.3 mm and more, unless parts as they were made account for it."""
+    of_angles = {"rmse_calibrated_rad": None, "rmse_explained_rad": None, "noise_rad": None}
+    errors = HeldOut(
+        ("s1",), 0.006, explained, 0.0003, **of_angles, chi2_calibrated=1e4, chi2_explained=50.0, readings=40,
+        rmse_made_m=made, positions=40,
+    )  # fmt: skip
+    told = too_vague(errors, Settings())
+    assert bool(told) == said
+    assert not said or "what was set aside (s1) is missed by " in told[0]

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from prb3r.diagnosis.checks.heldout import HeldOut
 from prb3r.diagnosis.checks.odd_part import OddPart
 from prb3r.diagnosis.checks.repeats import Scatter
 from prb3r.diagnosis.checks.tolerated import tolerances_told
@@ -209,6 +210,18 @@ def off_as_drawn(fresh: Unseen | None, fitted: Fit, reported: Fit) -> list[str]:
     return [
         f"what was set aside is predicted to {factor * made:.3g} {unit} with the parts of the rig as the other "
         f"sequences tell them, and to {said}: measure {'them' if part == ALL_MARKERS else 'it'}"
+    ]
+
+
+def too_vague(errors: HeldOut, settings: Settings) -> list[str]:
+    """A remark where what was set aside is missed by far more than its noise, also with parts as the fitted sequences
+    tell them (`Settings.vague`): it is then no contradiction only as the numbers of the model are uncertain."""
+    units = errors.in_noise
+    if units is None or units.made <= settings.vague:
+        return []
+    return [
+        f"what was set aside ({', '.join(errors.sequences)}) is missed by {units.made:.2g} times its noise, and that is "
+        "no contradiction only because the numbers found are so uncertain: do not rely on them"
     ]
 
 

@@ -142,6 +142,9 @@ class SequencesSettings:
     carried_gain: float = 0.5
     """Share of the squared error beyond noise that constants alone leave, of what was set aside, which effects of an
     unexplained recording must remove to carry over to another geometry.  Choice: the larger part."""
+    vague: float = 2.0
+    """Times its noise by which what was set aside may be missed, with the rig's parts as they were made, for numbers to
+    be relied upon.  Choice: of predictions that are as certain as readings it is 1.4."""
     moved_elsewhere: float = 2.0
     """How many times as far as the recorded rig effects of an unexplained recording may move another geometry, as a
     share of its way from the straight manipulator, to carry over to it.  Choice: beyond, they act where nothing tells
