@@ -78,13 +78,16 @@ def _spread_of_repeats(recording: Recording, constants: Constants, settings: Set
 
     Of the readings of a step a share (`Settings.common_supposed`) is common to all.
     """
+    matched = list(matches(recording, settings)) if recording.readings.count else []
+    if len({match.step for _, match in matched}) < settings.fewest_repeats:
+        return 0.0, 0.0
     predict = predictor(recording, settings)
     solved = predict.solve(constants)
     misfit = predict.misfit(solved.readings)
     variance = noise_of(recording, tension_response(predict, solved)).total_sd ** 2
     believed = (outlier_inflation(predict, solved.readings, settings) == 1) & np.isfinite(misfit)
     row, squares, steps = _row_of_reading(recording, believed), [], set[int]()
-    for _, match in matches(recording, settings):
+    for _, match in matched:
         for place in {(disk, kind) for step, disk, kind in row if step == match.step}:
             if (apart := _apart(row, match, place)) is not None:
                 rows, weights = np.array(list(apart)), np.array(list(apart.values()))

@@ -219,9 +219,10 @@ def too_vague(errors: HeldOut, settings: Settings) -> list[str]:
     units = errors.in_noise
     if units is None or units.made <= settings.vague:
         return []
+    aside = ", ".join(errors.sequences)
     return [
-        f"what was set aside ({', '.join(errors.sequences)}) is missed by {units.made:.2g} times its noise, and that is "
-        "no contradiction only because the numbers found are so uncertain: do not rely on them"
+        f"what was set aside ({aside}) is missed by {units.made:.2g} times its noise, which is no contradiction only "
+        "because the numbers found are so uncertain: do not rely on them"
     ]
 
 
