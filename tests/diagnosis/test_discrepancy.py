@@ -15,8 +15,10 @@ from prb3r.diagnosis.confidence import NORMAL_REACH
 from prb3r.diagnosis.fit.calibrate import constants_as_filed, fit_constants
 from prb3r.diagnosis.fit.constants import Constants
 from prb3r.diagnosis.fit.prediction import predictor
+from prb3r.diagnosis.result.discrepancy import share_moved
 from prb3r.diagnosis.result.remarks import as_the_file_has_it
 from prb3r.diagnosis.result.unexplained import best_elsewhere, best_of_rig
+from prb3r.mechanics.chain import pose
 from prb3r.model.effects.plates import SegmentStiffness
 from prb3r.model.manipulator import Manipulator
 from prb3r.recording.recording import Prior
@@ -69,6 +71,46 @@ def test_what_is_taken_from_an_unexplained_recording_is_said(weak_rig, tmp_path)
     (tmp_path / "diagnosis.json").write_text(json.dumps(record))
     remarks = predict(tmp_path, weak_rig / "same.toml", STEPS, draws=40).remarks
     assert any(remark.startswith("constants alone of the recorded rig's file are taken") for remark in remarks)
+
+
+def test_effects_that_would_move_another_design_much_farther_do_not_carry_over(weak_rig, tmp_path):
+    """Plates of 0.8 times their stiffness move a thicker arm by a fifth of its way and more; they carry over where they
+    moved the recorded one by as much, and not where they moved it by a twentieth."""
+    record = json.loads((weak_rig / "diagnosis.json").read_text())
+    posterior = record["posterior"]
+    posterior["tolerance"] = dict.fromkeys(posterior["tolerance"], 0.0)
+    plain = {"probability": 1.0, "named": True, "constants": {}, "free": [], "covariance": [], "effects": []}
+    soft = [{"kind": "segment_stiffness", "segment": k, "factor": 0.8} for k in (1, 2)]
+    thicker = manipulator(thickness=1.2 * manipulator()["segment"][0]["thickness_m"])
+    found = {}
+    for moved in (0.05, 0.9):
+        carried = plain | {"effects": soft, "moved": moved}
+        posterior |= {"reported": carried, "carried": carried, "on_bench": carried, "alone": plain}
+        (tmp_path / "diagnosis.json").write_text(json.dumps(record))
+        found[moved] = predict(tmp_path, thicker, STEPS, draws=40)
+    thickness = thicker["segment"][0]["thickness_m"]
+    alone, with_effects = (
+        solve(Manipulator.model_validate(manipulator(modulus, thickness=thickness) | ELASTICA), STEPS)
+        for modulus in (E, 0.8 * E)
+    )
+    for name in ("x_m", "y_m"):
+        np.testing.assert_allclose(found[0.05].positions[name], alone[name], atol=1e-9)
+        np.testing.assert_allclose(found[0.9].positions[name], with_effects[name], atol=1e-9)
+    said = "constants alone are taken: what carries over would move this design by"
+    assert [any(remark.startswith(said) for remark in each.remarks) for each in found.values()] == [True, False]
+    assert not found[0.05].manipulator.effect
+
+
+def test_the_share_that_is_moved_is_of_the_way_from_the_straight_manipulator():
+    chain = Manipulator.model_validate(manipulator() | ELASTICA).chain()
+    straight = pose(chain, np.zeros_like(chain.rest))
+    places = np.stack([straight.x, straight.y])[:, None]
+    bent = places + np.random.default_rng(0).normal(0, 0.01, places.shape)
+    assert share_moved(chain, places + 1.1 * (bent - places), bent) == pytest.approx(0.1)
+    lost = bent.copy()
+    lost[:, 0, 3] = np.nan
+    assert share_moved(chain, places + 1.1 * (lost - places), lost) == pytest.approx(0.1)
+    assert share_moved(chain, bent, places) == np.inf
 
 
 def test_bands_widen_by_the_share_of_the_way_from_the_straight_manipulator(unexplained):
