@@ -115,6 +115,27 @@ def test_one_weak_plate_alone_is_not_said_to_be_plates_that_differ():
     assert not any("plates differ" in remark for remark in found.remarks)
 
 
+@pytest.mark.parametrize(("apart", "said"), [(0.0, True), (0.05, True), (0.2, False)])
+def test_two_effects_that_make_up_for_one_another_are_said_to_be_likely_only_both_at_once(apart, said):
+    """Soft clamps and stiff cables: `apart` is the probability of soft clamps alone."""
+
+    def survivor(probability, *kinds):
+        return SimpleNamespace(probability=probability, kinds=frozenset(kinds), effects=frozenset(), log_evidence=0.0)
+
+    survivors = [survivor(0.8 - apart, "clamp_compliance", "cable_bending"), survivor(apart, "clamp_compliance")]
+    survivors.append(survivor(0.2, "hanger"))
+    choice = SimpleNamespace(
+        survivors=survivors, kinds=frozenset(), fitted=SimpleNamespace(model=SimpleNamespace(settings=Settings())),
+        presence={"clamp_compliance": 0.8, "cable_bending": 0.8 - apart},
+        likely={"clamp_compliance": 0.8, "cable_bending": 0.8 - apart},
+    )  # fmt: skip
+    told = [remark for remark in likely_too(choice) if "likely only both at once" in remark]
+    assert bool(told) == said
+    assert not said or told[0].startswith(
+        f"cable_bending and clamp_compliance are likely only both at once (probability {0.8 - apart:.2f}"
+    )
+
+
 @pytest.mark.long
 def test_what_is_likely_but_not_named_is_said_and_what_is_named_no_certainty():
     searched = to_search(Task(recorded()), lambda stage: None, serially)

@@ -4,6 +4,7 @@ Each function returns sentences, and none where there is nothing to remark.
 """
 
 from collections.abc import Sequence
+from itertools import combinations
 
 from prb3r.diagnosis.checks.residuals import ModelCheck
 from prb3r.diagnosis.checks.setup.find import Blunder
@@ -169,7 +170,21 @@ def likely_too(choice: Choice) -> list[str]:
         else:
             so = "likely there too" if choice.kinds else "likelier there than not"
             remarks.append(f"{name} is {so} {told}, though not sure enough to be named")
-    return remarks or some_effect(choice)
+    return [*remarks, *_only_together(choice)] or some_effect(choice)
+
+
+def _only_together(choice: Choice) -> list[str]:
+    """A sentence on every two kinds that are likelier there than not, but nearly always both at once
+    (`Settings.any_presence`), as effects are of which one makes up for the other."""
+    least, said = choice.fitted.model.settings.any_presence, []
+    for one, other in combinations(sorted(choice.likely.keys() & choice.presence.keys()), 2):
+        both = sum(survivor.probability for survivor in choice.survivors if {one, other} <= survivor.kinds)
+        if both >= least * max(choice.likely[one], choice.likely[other]):
+            said.append(
+                f"{one} and {other} are likely only both at once (probability {both:.2f}): one makes up for the other "
+                "in part, so that neither may be there"
+            )
+    return said
 
 
 def some_effect(choice: Choice) -> list[str]:
