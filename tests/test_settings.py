@@ -26,7 +26,7 @@ def undescribed(text):
 
 BESIDE = [
     path
-    for room in ("diagnosis", "recording")
+    for room in ("mechanics", "diagnosis", "recording", "inverse", "study", "runs")
     for path in sorted((ROOT / room).rglob("*.py"))
     if "settings" not in path.parts
 ]

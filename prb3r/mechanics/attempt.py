@@ -17,6 +17,8 @@ from prb3r.mechanics.newton import balance_chain
 from prb3r.mechanics.relaxation import put_stiffness
 from prb3r.mechanics.tangent import chain_tangent
 
+DIVERGED_MODE = 1e12
+"""Unbalanced moment of a mode, N m, at which Newton's method has left every shape of an arm."""
 JUMPED = -2
 """What a path returns, beside `FAILED`, where states were found but none near the last one."""
 
@@ -43,7 +45,7 @@ def newton_modes(packed, tension, slip, force, tip, modes, work):
     for step in range(MAX_ITERATIONS):
         work.spent[0] += plates
         largest, _ = chain_tangent(packed, tension, slip, force, tip, modes, work)
-        if not largest < 1e12:
+        if not largest < DIVERGED_MODE:
             return FAILED
         work.unbalanced[0] = largest
         solve_block(work.system, columns, columns + 1)

@@ -15,6 +15,9 @@ their bounds, always leads to a solution.
 from prb3r.mechanics.kernel import kernel
 
 SMALLEST_PIVOT = 1e-12
+"""Pivot at or below which two variables are not exchanged: the diagonal of `M` is near 1."""
+GOLDEN = 0.6180339887498949
+"""Fraction of the golden ratio, whose multiples lie as far from one another as they can."""
 MAX_PIVOTS = 100
 """Most pivots of a path per variable.  A path usually takes one or two per variable, many more only where `M` is far
 from that of a stable chain."""
@@ -131,6 +134,12 @@ def solve_near(table, value, rate, side, free, now):
 
 
 @kernel
+def distinct(row):
+    """A number from 1 to 2, another one for every row, from 0, so that ties are broken alike in every run."""
+    return 1.0 + (GOLDEN * (row + 1)) % 1.0
+
+
+@kernel
 def solve_from_afar(table, value, rate, side, free, now):
     """Solve the same problem as `solve_near`, on the path from far out, where every `x` is held at its bound `side`.
 
@@ -139,7 +148,7 @@ def solve_from_afar(table, value, rate, side, free, now):
     s = 0.0
     for i in range(len(value)):
         free[i] = False
-        rate[i] = side[i] * (1.0 + (0.6180339887498949 * (i + 1)) % 1.0)  # no two alike: one change at a time
+        rate[i] = side[i] * distinct(i)  # no two alike: one change at a time
         now[i] = value[i]
         for k in range(len(value)):
             now[i] -= table[i, k] * side[k]

@@ -15,9 +15,10 @@ from prb3r.mechanics.budget import GAVE_UP
 from prb3r.mechanics.kernel import kernel
 from prb3r.mechanics.march import FAILED
 from prb3r.mechanics.newton import balance_chain, newton_march
+from prb3r.mechanics.slip import clip
 from prb3r.mechanics.state import restore, save, settle, slide, turned_too_far
 from prb3r.mechanics.stick_slip import balance_stick_slip
-from prb3r.mechanics.turning import clip, missed_slide, missed_slip
+from prb3r.mechanics.turning import missed_slide, missed_slip
 
 SHORT_STEP = 1.0 / 64
 """First sub-step of a load step.  The rates at its end show which holes have turned with the loads and which slip on.

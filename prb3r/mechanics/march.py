@@ -4,16 +4,19 @@ All forces on a plate are known once the plates before it are solved, so each pl
 `newton.py` solves the whole chain at once, for dead loads and for friction that follows the cables' travel.
 """
 
-from math import exp
-
 from prb3r.mechanics.balance import linearise_plate, unbalance_plate
 from prb3r.mechanics.kernel import kernel
+from prb3r.mechanics.slip import behind_pulley
 
 TOLERANCE = 1e-11
 """Largest unbalanced node angle of a solved plate, rad."""
 AS_FORETOLD = 1e-12
 """Largest unbalanced node angle of a plate that counts as solved before any Newton step, rad: sharper than `TOLERANCE`,
 as a Newton step leaves much less than that."""
+DIVERGED = 1e6
+"""Step of an angle, rad, or unbalanced angle, at which Newton's method has left every shape of an arm."""
+MOMENT_ROUNDING = 1e-13
+"""Relative rounding error of the moment that a chain hands to its base, in which its balance cannot be told."""
 MAX_ITERATIONS = 60
 """Evaluations of a plate, or of the chain, after which a solve is given up."""
 CYCLING = 12
@@ -70,7 +73,7 @@ def at_base_hole(cable, tension, slip):
     cable.tension, cable.approach, cable.slip = tension, 0.0, slip
     cable.follows, cable.passed = 0.0, 0.0
     if cable.pulley != 0.0:
-        cable.tension *= exp(-slip * cable.pulley)
+        cable.tension = behind_pulley(tension, slip, cable.pulley)
 
 
 @kernel

@@ -14,9 +14,11 @@ from prb3r.mechanics.elimination import solve_block
 from prb3r.mechanics.kernel import kernel
 from prb3r.mechanics.march import (
     CYCLING,
+    DIVERGED,
     FAILED,
     MAX_ITERATIONS,
     MAX_STEP,
+    MOMENT_ROUNDING,
     TOLERANCE,
     at_base,
     depart,
@@ -173,7 +175,7 @@ def balance_chain(packed, loads, close, work):
         if (
             settled
             and largest <= TOLERANCE
-            and abs(left) <= TOLERANCE * softest + 1e-13 * abs(handed[0])
+            and abs(left) <= TOLERANCE * softest + MOMENT_ROUNDING * abs(handed[0])
             and length_error <= LENGTH_TOLERANCE
             and (not follows or slips_agree(packed))
         ):
@@ -183,7 +185,7 @@ def balance_chain(packed, loads, close, work):
             for k in range(n):
                 if not abs(column[i, k, 0]) <= longest:
                     longest = abs(column[i, k, 0])
-        if not longest < 1e6:
+        if not longest < DIVERGED:
             return FAILED
         if step == CYCLING:
             first = longest

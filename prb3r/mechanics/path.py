@@ -15,7 +15,7 @@ from prb3r.mechanics.kernel import entrance, kernel
 from prb3r.mechanics.load_row import LoadRow, load_row
 from prb3r.mechanics.march import FAILED
 from prb3r.mechanics.path_output import write_end, write_step, write_tied
-from prb3r.mechanics.ramp import ramp
+from prb3r.mechanics.ramp import SHORTEST_WAY, ramp
 from prb3r.mechanics.records import Packed
 from prb3r.mechanics.relaxation import forget_relaxation, relax
 from prb3r.mechanics.same_way import times_as_far
@@ -204,7 +204,8 @@ def follow(packed, program, modes, space, history, work, path):
         as_before = history is None and lost_from == last and packed.model[0].softening == 0.0 and not relaxes
         farther = times_as_far(rows, len(packed.cable), last, s) if as_before else 0.0
         end = path.reached[s - 2]  # part of the step before that was reached, if it failed
-        known = farther > end + space.smallest[0] * max(end, 1.0 / 64) > 0.0
+        lost_at = end + space.smallest[0] * max(end, SHORTEST_WAY)
+        known = lost_at > 0.0 and farther > lost_at
         loaded, taken = dead[s] or dead[last], GAVE_UP if rest == GAVE_UP else FAILED
         way.ends[0], way.ends[1], way.duration[0] = last, s, rows[s, time] - since
         if known:

@@ -12,6 +12,9 @@ from prb3r.mechanics.kernel import kernel
 from prb3r.mechanics.march import FAILED
 from prb3r.mechanics.state import restore, save, slide, turned_by_surprise, turned_midway, turned_too_far
 
+SHORTEST_WAY = 1.0 / 64
+"""Part of a way from which on the smallest sub-step is a share of what has been covered; before, it is a share of
+this."""
 SMALLEST_CROSSING = 1.0 / 1024
 """Sub-step up to which the determinant of the tangent may change its sign: then the branch itself loses its stability;
 in a longer one the solver may have changed to another branch."""
@@ -45,7 +48,7 @@ def ramp(packed, way, loaded, modes, space, work):
     reached[0] = 0.0
     why: Any = FAILED
     while done < 1.0:
-        if step < space.smallest[0] * max(done, 1.0 / 64):
+        if step < space.smallest[0] * max(done, SHORTEST_WAY):
             return why
         if work.spent[0] > space.allowed[0]:
             return GAVE_UP

@@ -10,6 +10,25 @@ effect."""
 
 
 @kernel
+def clip(slip):
+    """Slip held between its bounds, -1 and 1."""
+    return min(max(slip, -1.0), 1.0)
+
+
+@kernel
+def asked_slip(hole, beyond, presliding):
+    """The slip that the travel of a cable asks for at a hole, not yet held between -1 and 1: equation [*] of
+    `turning.py`, with the length of the cable `beyond` the hole, m."""
+    return hole.slip + (beyond - hole.beyond) / presliding
+
+
+@kernel
+def behind_pulley(tension, slip, pulley):
+    """The tension (N) of a cable behind a pulley, of which `pulley` is the ln of the efficiency, at its `slip`."""
+    return tension * exp(-slip * pulley)
+
+
+@kernel
 def slip_at(model, span, cable):
     """Write to `cable` the slip of each at its hole in the plate's proximal disk, the derivative of that slip by the
     length beyond the hole, and by how much it falls short of what the travel asks for.
@@ -24,7 +43,7 @@ def slip_at(model, span, cable):
         cable[j].slip, cable[j].follows, cable[j].owed = hole.new_slip, 0.0, 0.0
         if hole.sticks:
             cable[j].follows = 1.0 / model.presliding
-            cable[j].owed = hole.slip + (hole.new_beyond - hole.beyond) / model.presliding - hole.new_slip
+            cable[j].owed = asked_slip(hole, hole.new_beyond, model.presliding) - hole.new_slip
 
 
 @kernel
@@ -44,10 +63,10 @@ def slip_on(packed, work, damping):
                 break
             travel = damping * (work.system[1 + j, count] - passed)
             hole.new_beyond += travel
-            asked = hole.slip + (hole.new_beyond - hole.beyond) / model.presliding
+            asked = asked_slip(hole, hole.new_beyond, model.presliding)
             if hole.sticks:
                 slip = asked if damping == 1.0 else hole.new_slip + damping * (asked - hole.new_slip)
-                hole.new_slip = min(max(slip, -1.0), 1.0)
+                hole.new_slip = clip(slip)
                 hole.sticks = -1.0 < slip < 1.0
                 changed = changed or not hole.sticks
             elif asked * hole.new_slip < 1.0 - SLIP_TOLERANCE:
@@ -65,8 +84,8 @@ def slips_agree(packed):
         for j in range(len(packed.cable)):
             hole = packed.span[i, j]
             if hole.present:
-                asked = hole.slip + (hole.new_beyond - hole.beyond) / packed.model[0].presliding
-                if not abs(min(max(asked, -1.0), 1.0) - hole.new_slip) <= SLIP_TOLERANCE:
+                asked = asked_slip(hole, hole.new_beyond, packed.model[0].presliding)
+                if not abs(clip(asked) - hole.new_slip) <= SLIP_TOLERANCE:
                     return False
     return True
 
@@ -79,7 +98,7 @@ def pull_through_pulleys(tension, cable, change):
     """
     for j in range(len(cable)):
         if cable[j].pulley != 0.0:
-            cable[j].tension = tension[j] * exp(-cable[j].slip * cable[j].pulley)
+            cable[j].tension = behind_pulley(tension[j], cable[j].slip, cable[j].pulley)
             for d in range(change.moment.shape[0]):
                 change.log_tension[j, d] = -cable[j].pulley * cable[j].follows * change.total[j, d]
             change.log_tension[j, 0] -= cable[j].pulley * cable[j].owed

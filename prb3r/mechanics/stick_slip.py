@@ -10,19 +10,27 @@ This linear complementarity problem in the slips alone is solved exactly (`compl
 repeats it with the angles to which it leads (Josephy): no set of sticking holes is guessed, so none can cycle.
 """
 
-from math import exp
 from typing import NamedTuple
 
 import numpy as np
 
 from prb3r.mechanics.balance import balance_plate
 from prb3r.mechanics.bundle import bundle
-from prb3r.mechanics.complementarity import solve_from_afar, solve_near
+from prb3r.mechanics.complementarity import distinct, solve_from_afar, solve_near
 from prb3r.mechanics.kernel import kernel
-from prb3r.mechanics.march import FAILED, MAX_STEP, TOLERANCE, at_base, depart, next_frame
+from prb3r.mechanics.march import (
+    DIVERGED,
+    FAILED,
+    MAX_STEP,
+    MOMENT_ROUNDING,
+    TOLERANCE,
+    at_base,
+    depart,
+    next_frame,
+)
 from prb3r.mechanics.newton import correct_columns, softest_node
 from prb3r.mechanics.records import Packed
-from prb3r.mechanics.slip import slips_agree
+from prb3r.mechanics.slip import asked_slip, behind_pulley, slips_agree
 from prb3r.mechanics.variation import Scratch, clear, enter, feel, local_load, scratch, shed, transmit
 
 MAX_STEPS = 20
@@ -95,7 +103,7 @@ def stick_slip_march(packed, tension, force, tip, holes):
         for j in range(len(cable)):
             cable[j].slip, cable[j].owed = packed.span[i, j].new_slip, 0.0
             if i == 0 and cable[j].pulley != 0.0:
-                cable[j].tension = tension[j] * exp(-cable[j].slip * cable[j].pulley)
+                cable[j].tension = behind_pulley(tension[j], cable[j].slip, cable[j].pulley)
                 change.log_tension[j, 2 + j] = -cable[j].pulley
         plate, after, span = packed.plate[i], packed.plate[i + 1], packed.span[i]
         local_load(plate, outer)
@@ -155,13 +163,13 @@ def linearise_slips(packed, holes):
                 for d in range(columns):
                     travel[d] += hole.dlength[k] * work.column[i, k, d]
             hole.new_beyond = length
-            asked = hole.slip + (length - hole.beyond + travel[0]) / presliding
+            asked = asked_slip(hole, length + travel[0], presliding)
             holes.free[row] = hole.sticks
             holes.side[row] = 1.0 if (asked if hole.sticks else hole.new_slip) > 0.0 else -1.0
             holes.now[row] = hole.new_slip
             if not hole.sticks:
-                over = hole.slip * holes.side[row] - 1.0 + (length - hole.beyond) * holes.side[row] / presliding
-                holes.now[row] = holes.side[row] * max(over, LEEWAY * (1.0 + (0.6180339887498949 * (row + 1)) % 1.0))
+                over = holes.side[row] * asked_slip(hole, length, presliding) - 1.0
+                holes.now[row] = holes.side[row] * max(over, LEEWAY * distinct(row))
             for h in range(columns - 2):
                 follows = travel[2 + h] / presliding
                 asked -= follows * packed.span[h // cables, h % cables].new_slip
@@ -193,7 +201,7 @@ def take_step(packed, holes):
         for k in range(n):
             if not abs(work.column[i, k, 0]) <= longest:
                 longest = abs(work.column[i, k, 0])
-    if not longest < 1e6:
+    if not longest < DIVERGED:
         return False
     share = min(1.0, MAX_STEP / longest) if longest > 0.0 else 1.0
     for h in range(columns - 2):
@@ -227,12 +235,12 @@ def balance_stick_slip(packed, loads, handed, allowed, holes):
         work.spent[0] += effort
         largest, left = stick_slip_march(packed, loads.tension, loads.force, loads.tip, holes)
         linearise_slips(packed, holes)
-        balanced = largest <= TOLERANCE and abs(left) <= TOLERANCE * softest + 1e-13 * abs(work.handed[0])
+        balanced = largest <= TOLERANCE and abs(left) <= TOLERANCE * softest + MOMENT_ROUNDING * abs(work.handed[0])
         if balanced and slips_agree(packed):
             for d in range(len(handed)):
                 handed[d] = work.handed[d]
             return step
-        if not largest < 1e6:
+        if not largest < DIVERGED:
             return FAILED
         sets = solve_near(work.system, holes.value, holes.rate, holes.side, holes.free, holes.now)
         work.spent[0] += abs(sets) * exchange

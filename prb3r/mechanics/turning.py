@@ -16,12 +16,7 @@ from math import copysign, sqrt
 
 from prb3r.mechanics.bending import held_spring, spring_bound
 from prb3r.mechanics.kernel import kernel
-
-
-@kernel
-def clip(slip):
-    """Slip held between its bounds, -1 and 1."""
-    return min(max(slip, -1.0), 1.0)
+from prb3r.mechanics.slip import clip
 
 
 @kernel
