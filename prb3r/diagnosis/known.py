@@ -52,7 +52,7 @@ class Calibrated:
 
 @dataclass(frozen=True, eq=False)
 class Doubted(Calibrated):
-    """A calibrated recording with gross outliers weighed down and wrong weights set aside, and `fitted` refitted."""
+    """A calibrated recording with gross outliers down-weighted and wrong weights set aside, and `fitted` refitted."""
 
     doubts: Doubts
     search: Search

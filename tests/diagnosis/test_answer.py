@@ -136,6 +136,7 @@ def test_effects_that_predict_what_no_fit_has_seen_worse_than_constants_are_not_
         assert "takes what was learnt to other designs" in what_to_do(replace(found, heldout=other))
 
 
+@pytest.mark.long
 def test_positions_and_angles_judge_together_each_in_its_noise():
     """Of twelve readings with errors of twice the noise eight fall to one and a half and four rise to 2.4: together
     they fall, whichever kind is the one that grows; if both grow both are told."""
@@ -273,7 +274,7 @@ def test_effects_none_of_which_is_sure_are_said_to_be_looked_for():
     said = what_to_do(found)
     assert said.startswith("Look at the rig itself for segment stiffness and weakened plate: some effect is likelier")
     assert verdict_sentences(found).endswith(
-        "some effect is likelier there than none, though no one is sure enough to be named."
+        "some effect is likelier there than none, though the recording does not tell which."
     )
     found.verdict = "adequate"
     assert "no effect is sure enough to be added, though some effect is likely there (81 %)" in what_to_do(found)

@@ -113,6 +113,7 @@ def on_other_loads(fitted):
     return turns(np.zeros(2), made=False), turns(np.zeros(2)), np.stack(draws), true
 
 
+@pytest.mark.long
 def test_under_other_loads_the_same_rig_is_met_more_closely_and_as_surely_as_is_said():
     as_drawn, as_told, covered = [], [], []
     for seed in range(5):

@@ -84,6 +84,7 @@ def test_nothing_is_predicted_for_the_file_with_the_blunder(judged):
         assert np.isfinite(predict_design(judged, design, steps, draws=40).positions["x_m"]).all()
 
 
+@pytest.mark.long
 def test_each_effect_has_its_gain_on_the_other_recordings(judged):
     """Either effect moves readings by many times the noise, so that without it hardly any of the error is explained."""
     gains = {effect.kind: effect.heldout_gain for effect in judged.effects}

@@ -139,6 +139,7 @@ def test_tables_say_their_units(folder):
     assert not list(folder.glob("*.tmp"))
 
 
+@pytest.mark.long
 def test_unexplained_lists_partial_effects_without_intervals_and_a_law(tmp_path):
     record = as_json(diagnosed(UNEXPLAINED))
     assert record["verdict"] == "unexplained"

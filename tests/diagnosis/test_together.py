@@ -74,6 +74,7 @@ def test_what_rigs_share_is_found_once_and_narrower_than_from_either_alone():
         assert diagnosis.heldout.chi2_explained < 1.3 * diagnosis.heldout.readings
 
 
+@pytest.mark.long
 def test_evidence_of_sharing_is_no_evidence_of_noise():
     """The same joint models under half as much noise again, as where they leave something unexplained: what they share
     is told less well, so that its evidence is less, whatever more noise explains."""

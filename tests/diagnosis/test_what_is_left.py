@@ -62,7 +62,7 @@ def test_what_neighbours_miss_alike_is_no_slip_unless_it_was_doubted_before(fitt
     assert (lone_outliers(both, believed(fitted)) == 1).all()
     doubts = believed(fitted)
     doubts.inflation[rows] = 30.0
-    again = lone_outliers(missing(fitted, rows, 1.0), doubts)  # weighed down, they leave one standard deviation
+    again = lone_outliers(missing(fitted, rows, 1.0), doubts)  # down-weighted, they leave one standard deviation
     assert np.flatnonzero(again > 1).tolist() == rows.tolist()
     settled = lone_outliers(missing(fitted, rows, 0.01), doubts)  # a better model meets them after all
     assert (settled == 1).all()

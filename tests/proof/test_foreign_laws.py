@@ -41,6 +41,7 @@ def test_a_law_that_effects_imitate_within_the_noise_is_unexplained(leaking):
     assert all(effect.partial for effect in leaking.named)
 
 
+@pytest.mark.long
 def test_what_is_left_anyway_is_judged_by_its_size(leaking):
     """As on a rig that is read far more exactly than it is modelled, whose accuracy is stated."""
     search = SimpleNamespace(log_odds=dict.fromkeys(leaking.choice.survivors[0].effects, -4.0))

@@ -60,6 +60,7 @@ NOTHING = [
 ]
 
 
+@pytest.mark.long
 def test_effects_vanish():
     for direction in ("declared", "history"):
         plain = simulate(prototype(plates=3, direction=direction), PULLS, elements=6)

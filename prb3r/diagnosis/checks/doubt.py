@@ -21,7 +21,7 @@ FEWEST_TO_TELL = 3
 
 
 def without_outliers(rough: Fit) -> tuple[Fit, Doubts]:
-    """The calibrated model refitted with gross outliers weighed down, and the factors on their standard deviations."""
+    """The calibrated model refitted with gross outliers down-weighted, and the factors on their standard deviations."""
     settings = rough.model.settings
     fitted, doubts = rough, Doubts.as_stated(rough.recording, np.ones(rough.recording.readings.count))
     for _ in range(settings.doubt_rounds):
@@ -37,7 +37,7 @@ def without_wrong_weights(fitted: Fit, doubts: Doubts, search: Search) -> tuple[
     """The calibrated model refitted without wrongly noted weights, and `doubts` with these added.
 
     At most `Settings.most_wrong_weights` are sought, one after the other.  Where a single reading of the step is off,
-    and no other weight explains all of them as well, that reading is weighed down instead.
+    and no other weight explains all of them as well, that reading is down-weighted instead.
     """
     settings = fitted.model.settings
     for _ in range(0 if settings.believe_all else settings.most_wrong_weights):

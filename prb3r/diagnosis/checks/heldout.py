@@ -127,7 +127,7 @@ class HeldOut:
 
 
 def noise_under(predict: Predictor, solved: Solution, settings: Settings) -> Noise:
-    """Covariance of readings about a solution at the stated noise level, with gross outliers weighed down."""
+    """Covariance of readings about a solution at the stated noise level, with gross outliers down-weighted."""
     return Doubts.as_stated(predict.recording, outlier_inflation(predict, solved.readings, settings)).noise(
         predict, solved, settings
     )

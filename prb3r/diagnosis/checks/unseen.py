@@ -108,7 +108,7 @@ class Unseen:
     def _covariance(self, solved: Solution, expected: np.ndarray, uncertain: np.ndarray) -> Noise:
         """Covariance of the readings about the `expected` ones (r,).
 
-        Single readings that are missed grossly are weighed down, as among the fitted ones.
+        Single readings that are missed grossly are down-weighted, as among the fitted ones.
 
         Parameters
         ----------

@@ -86,7 +86,7 @@ def noise_level(
     Parameters
     ----------
     changes : changes of the readings by everything but their noise.
-    inflation : (r,) factor on the standard deviation of each reading, above 1 where it is weighed down.
+    inflation : (r,) factor on the standard deviation of each reading, above 1 where it is down-weighted.
     lasts : level with the shares that last through a sequence, which are kept; `changes.tensions` must account for the
         share of the tensions already.  Over how many steps the noise of a log lasts is estimated around its `span`, as
         short stretches tell it by themselves hardly better than to a factor of two.

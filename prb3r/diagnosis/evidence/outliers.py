@@ -243,6 +243,6 @@ def _deletion_residuals(white: np.ndarray, noise: Noise, suspected: np.ndarray) 
 
 
 def far_off(fitted: Fit, doubts: Doubts) -> list[int]:
-    """Indices of the readings that are weighed down, or whose whitened misfit exceeds `Settings.listed_sd`."""
+    """Indices of the readings that are down-weighted, or whose whitened misfit exceeds `Settings.listed_sd`."""
     beyond = np.abs(fitted.misfit) > fitted.model.settings.listed_sd
     return np.flatnonzero(beyond | (doubts.inflation > 1)).tolist()

@@ -27,7 +27,7 @@ class Uncertain(NamedTuple):
     """The stated sources of scatter of the readings."""
 
     sd: np.ndarray
-    """(r,) stated standard deviation of the readings, m or rad; larger where a reading is weighed down."""
+    """(r,) stated standard deviation of the readings, m or rad; larger where a reading is down-weighted."""
     tensions: np.ndarray
     """(r, s, m) change of the readings by one stated standard deviation of the tension of every step and cable."""
 

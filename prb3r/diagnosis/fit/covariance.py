@@ -94,13 +94,13 @@ class Noise:
     """The covariance of all readings of a recording, held as the steps that whiten them."""
 
     sd: np.ndarray
-    """(r,) standard deviation of the reading noise alone, m or rad; larger where a reading is weighed down."""
+    """(r,) standard deviation of the reading noise alone, m or rad; larger where a reading is down-weighted."""
     root: csr_array
     """(r, r) inverse root of the covariance of the reading noise alone: whitens this part of the deviations."""
     blocks: tuple[Block, ...]
     """The scatter of the tensions of each sequence, then the tolerances, in the order in which they are whitened."""
     believed: np.ndarray
-    """(r,) whether a reading counts fully; False where it is weighed down."""
+    """(r,) whether a reading counts fully; False where it is down-weighted."""
     total_sd: np.ndarray
     """(r,) standard deviation of every reading, tension scatter included but not tolerances, m or rad."""
     level: NoiseLevel = AS_STATED
@@ -150,7 +150,7 @@ def noise_of(
     Parameters
     ----------
     sensitivity : (r, s, m) of :func:`prb3r.diagnosis.fit.response.tension_response`.
-    inflation : (r,) factor on the standard deviation of each reading, above 1 where it is weighed down; absent: 1.
+    inflation : (r,) factor on the standard deviation of each reading, above 1 where it is down-weighted; absent: 1.
     level : absent: as stated (:func:`as_stated`).
     tolerances : (r, t) change of every reading by one standard deviation of each tolerance; absent: exact geometry.
     """

@@ -37,7 +37,7 @@ def scattered(repeated: Scatter | None) -> list[str]:
     repeated."""
     if repeated is None:
         return []
-    taken = "more than chance allows" if repeated.beyond_chance else "no sign of more noise than that"
+    taken = "more than chance allows" if repeated.beyond_chance else "which chance alone can do"
     often = f"{repeated.factor:.2g} times as much as stated"
     return [f"what was pulled again ({count(repeated.steps, 'step')}) scatters {often}, {taken}"]
 
@@ -70,8 +70,11 @@ def noisy(estimate: EstimatedLevel, settings: Settings, logged: bool = False) ->
     lasts = f"noise of a disk's readings lasts over some {level.span:.2g} steps"
     if logged:
         remarks.append(f"about {100 * level.serial:.0f} % of the {lasts}, as those that follow one another are alike")
+    gain = (
+        "scatter of the tensions lasts through a sequence and changes in the next, as of a load cell whose gain drifts"
+    )
     for share, differing in [
-        (level.lasting, "scatter of the tensions lasts through a sequence: a gain that the next one has not"),
+        (level.lasting, gain),
         (0.0 if logged else level.serial, lasts),
     ]:
         if share:
@@ -252,10 +255,10 @@ def wrong_weights(recording: Recording, doubted: Sequence[NotedWeight], chosen: 
 
 
 def weighed(doubts: Doubts) -> list[str]:
-    """How many readings were weighed down as gross outliers."""
+    """How many readings were down-weighted as gross outliers."""
     count = int((doubts.inflation > 1).sum())
     far, down = ("reading is", "it was") if count == 1 else ("readings are", "they were")
-    return [f"{count} {far} far from what the neighbours show; {down} weighed down"] if count else []
+    return [f"{count} {far} far from what the neighbours show; {down} down-weighted"] if count else []
 
 
 def bent_at_many_places(named: Sequence[Effect], settings: Settings) -> list[str]:

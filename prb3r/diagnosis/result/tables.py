@@ -32,7 +32,7 @@ QUANTITIES = (
     Quantity("sd", "", _EITHER, "standard deviation of the reading, tension scatter included"),
     Quantity("residual_calibrated", "", "1", "what calibration leaves, in units of the noise, made independent"),
     Quantity("residual_explained", "", "1", "what the explanation leaves, in units of the noise, made independent"),
-    Quantity("weighed_down", "", "1", "whether the reading is a gross outlier and was weighed down"),
+    Quantity("weighed_down", "", "1", "whether the reading is a gross outlier and was down-weighted"),
     Quantity("weight_doubted", "", "1", "whether a weight of its step was not believed"),
     Quantity("held_out", "", "1", "whether its sequence was set aside before anything was fitted"),
     Quantity("moment_n_m", "M", "N m", "moment that the model misses on the plate"),

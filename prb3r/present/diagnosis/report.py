@@ -48,7 +48,7 @@ FIGURES: dict[str, tuple[Callable[[Diagnosis], Figure | None], str]] = {
     "residuals": (
         residual_sizes,
         "Residuals in units of the noise, made independent of each other (values beyond 6 are in the outermost bars); "
-        "a right model has a root mean square of 1 everywhere. Readings weighed down as gross outliers are left out.",
+        "a right model has a root mean square of 1 everywhere. Readings down-weighted as gross outliers are left out.",
     ),
     "held-out": (held_out_errors, "The sequences that were set aside before anything was fitted."),
 }
@@ -228,13 +228,13 @@ def _detectable(diagnosis: Diagnosis) -> Table | None:
 
 
 def _outliers(diagnosis: Diagnosis) -> Table | None:
-    """Readings that are far off or weighed down, up to `MOST_OUTLIERS`; None without any."""
+    """Readings that are far off or down-weighted, up to `MOST_OUTLIERS`; None without any."""
     outliers = diagnosis.tables["outliers"]
     texts = []
     for row in outliers.head(MOST_OUTLIERS).to_dict("records"):
         values = [say.value_text(row["kind"], row[key], digits=4) for key in ("measured", "explained")]
         symbol = describe(row["kind"]).symbol or row["kind"]
-        done = "weighed down" if row["weighed_down"] else ""
+        done = "down-weighted" if row["weighed_down"] else ""
         texts.append([str(row["sequence"]), str(row["step"]), str(row["disk"]), symbol, *values, done])
     if len(outliers) > MOST_OUTLIERS:
         texts.append(["and more", f"{len(outliers) - MOST_OUTLIERS}", *[""] * 5])

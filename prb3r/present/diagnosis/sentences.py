@@ -40,7 +40,7 @@ def verdict_sentences(diagnosis: Diagnosis) -> str:
     if diagnosis.verdict == "ambiguous" and not count:
         return (
             "Not explained surely: with its constants refitted the nominal model leaves nothing that these recordings "
-            "show, but some effect is likelier there than none, though no one is sure enough to be named."
+            "show, but some effect is likelier there than none, though the recording does not tell which."
         )
     if diagnosis.verdict == "ambiguous":
         rivalled = diagnosis.alternatives or any(effect.rivals or not effect.certain for effect in diagnosis.effects)
@@ -303,7 +303,7 @@ def nothing_named(diagnosis: Diagnosis) -> str:
     if diagnosis.why:
         return "No effect of the library explains what is left."
     if diagnosis.verdict == "ambiguous":
-        return "Some effect is likely, but no one is sure enough to be named."
+        return "Some effect is likely, but the recording does not tell which."
     if possible := possible_unnamed(diagnosis):
         verb = "is" if len(possible) == 1 else "are"
         return f"No effect is needed to explain these recordings; {in_words(possible)} {verb} not ruled out."
