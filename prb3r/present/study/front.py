@@ -13,7 +13,7 @@ from matplotlib.lines import Line2D
 from prb3r.present import canvas, style
 from prb3r.present.legends import SHORT_HANDLE, legend_columns, without_repeats
 from prb3r.present.spots import point_at
-from prb3r.study.decision import Decision
+from prb3r.study.decision import NOT_TO_BE_HAD, Decision
 from prb3r.study.phrases import bound_in_words, wish_in_words
 
 MOST_TOLD_APART = 6
@@ -89,9 +89,10 @@ def decision_figure(decision: Decision) -> Figure:
         quantities = decision.quantities[len(decision.requirements) :]
         words = [wish_in_words(*pair) for pair in zip(choice, quantities, strict=True)]
         _rows(axes, decision.worth, words, looks)
-        lacking = np.nanmin(decision.worth, initial=0.0)  # below 0: worse than all to choose from, or without a value
-        axes.set_xlim(1.05 * lacking - 0.05, 1.05)
-        below = "; below 0: worse, −1: without a value" * bool(lacking < 0)
+        least = np.nanmin(decision.worth[list(looks)], initial=0.0)
+        axes.set_xlim(1.05 * least - 0.05, 1.05)
+        below = ", below 0: worse than these" if least < 0 else ""
+        below += ", −1: no value" if least <= NOT_TO_BE_HAD else ""
         axes.set_xlabel(f"worth, from the worst (0) to the best (1)\nof the designs to choose from{below}")
     canvas.legend(figure, grid[-1, 0], beside, handles)
     return figure
