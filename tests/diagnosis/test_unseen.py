@@ -331,8 +331,12 @@ def test_an_effect_of_the_most_probable_model_is_named_where_fitted_and_held_out
     assert not check(simple).named
     monkeypatch.undo()
     monkeypatch.setattr(Unseen, "log_score", lambda *_: -0.5)  # nothing of what was set aside speaks for the plate
+    monkeypatch.setattr(Unseen, "refutes", lambda *_: False)  # nor against constants alone
     assert not check(simple).named
-    worse = (survivors[1], replace(survivors[0], log_evidence=-5.0))
+    worse = (
+        replace(survivors[1], probability=0.993),
+        replace(survivors[0], log_evidence=-5.0, probability=0.007),
+    )
     monkeypatch.undo()
     assert not check(replace(simple, choice=replace(simple.choice, survivors=worse))).named
 
