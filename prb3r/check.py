@@ -87,10 +87,10 @@ def _check_manipulator(path: Path) -> str:
         f"manipulator, {count(len(manipulator.segment), 'segment')}, {count(manipulator.plates, 'plate')}, "
         f"{count(len(manipulator.cable), 'cable')}, {manipulator.chain().length:.4g} m long"
     )
-    return "\n  ".join([line, *_upright(manipulator), *_weightless(manipulator), *_idle_effects(manipulator)])
+    return "\n  ".join([line, *_thicker_than_wide(manipulator), *_weightless(manipulator), *_idle_effects(manipulator)])
 
 
-def _upright(manipulator: Manipulator) -> list[str]:
+def _thicker_than_wide(manipulator: Manipulator) -> list[str]:
     """A remark on each segment whose plates are thicker than wide, so that they would bend out of the plane first."""
     return [
         f"segment {number}: its plates are thicker ({segment.thickness_m:g} m) than wide ({segment.width_m:g} m), and "

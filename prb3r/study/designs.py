@@ -55,7 +55,7 @@ class DesignCases:
     frame: pd.DataFrame
     """The table of cases with columns `design`, its name, and `scenario`, the values (text) of the factors that tell no
     designs apart: cases of different designs with the same scenario are compared; with a column `rig`, the number of
-    the drawn rig, where rigs are drawn."""
+    the drawn rig, where rigs are drawn (NaN for cases of other studies)."""
     circumstances: list[str]
     """Names of the factors that tell neither designs nor rigs apart."""
     wishes: Wishes
@@ -88,7 +88,8 @@ class DesignCases:
             column, drawn = known_values(counted, criterion.metric), "rig" in counted
             for k, name in enumerate(self.names):
                 own = (counted["design"] == name).to_numpy()
-                numbers[k, j] = criterion.value(column[own], counted["rig"].to_numpy()[own] if drawn else None)
+                rigs = counted["rig"].to_numpy(float)[own] if drawn else np.array([np.nan])
+                numbers[k, j] = criterion.value(column[own], None if np.isnan(rigs).all() else rigs)
         return numbers
 
     def missing(self, criteria: Sequence[Criterion]) -> dict[tuple[int, int], Missing]:

@@ -101,13 +101,13 @@ def preferred_value_in_words(decision: Decision, k: int, j: int) -> str:
 
 
 def told_apart(decision: Decision, k: int, other: int, j: int) -> list[str]:
-    """The numbers of two designs by preference `j`, with the unit and as many digits as tell them apart; "not to be
-    had" in the place of a missing one."""
+    """The numbers of two designs by preference `j`, with the unit, and by how much they differ where three digits do
+    not tell; "not to be had" in the place of a missing one."""
     pair, sign = decision.values.iloc[[k, other], j].to_numpy(float), decision.preferences[j].sign
     words = [preferred_value_in_words(decision, design, j) for design in (k, other)]
     if words[0] == words[1]:
         gap = value_in_words(abs(pair[0] - pair[1]), decision.quantities[len(decision.requirements) + j])
-        words[0] = f"{'more' if pair[0] > pair[1] else 'less'} by {gap}"
+        words[0] += f" ({'more' if pair[0] > pair[1] else 'less'} by {gap})"
     lacking = [np.isnan(value) or value * sign == -np.inf for value in pair]
     return ["not to be had" if none else text for none, text in zip(lacking, words, strict=True)]
 

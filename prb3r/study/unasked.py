@@ -43,15 +43,17 @@ def _yielding(cases: pd.DataFrame, study: Study) -> list[str]:
     """
     if SAFETY not in cases:
         return []
-    asked = [number for number in enumerate(study.requirement, 1) if number[1].metric in OF_STRENGTH]
-    if study.cloud is not None:
-        return [
-            f"Requirement {number} holds by itself: loads of the cloud with a {SAFETY} below {study.cloud.safety:g} do "
-            "not count. Ask for a small workspace_beyond_yield (at_most) instead, or count all loads ([cloud] safety = "
-            "0)."
-            for number, requirement in asked
-            if requirement.metric == SAFETY and (requirement.at_least or 0.0) <= study.cloud.safety
-        ]
+    asked = [(number, wish) for number, wish in enumerate(study.requirement, 1) if wish.metric in OF_STRENGTH]
+    if study.cloud is not None and cases[SAFETY].notna().any():
+        safety = study.cloud.safety
+        kept = [n for n, wish in asked if wish.metric == SAFETY and wish.at_least is not None and wish.limit <= safety]
+        if kept:
+            return [
+                f"Requirement {number} holds by itself: loads of the cloud with a {SAFETY} below {safety:g} do not "
+                "count. Ask for a small workspace_beyond_yield (at_most) instead, or count all loads ([cloud] safety = "
+                "0)."
+                for number in kept
+            ]
     yields = cases[SAFETY] < 1
     if asked or not yields.any():
         return []

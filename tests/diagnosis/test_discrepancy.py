@@ -98,7 +98,19 @@ def test_effects_that_would_move_another_design_much_farther_do_not_carry_over(w
         np.testing.assert_allclose(found[0.9].positions[name], with_effects[name], atol=1e-9)
     said = "constants alone are taken: what carries over would move this design by"
     assert [any(remark.startswith(said) for remark in each.remarks) for each in found.values()] == [True, False]
-    assert not found[0.05].manipulator.effect
+    far, near = (plain | {"effects": soft, "moved": moved} for moved in (0.9, 0.05))
+    posterior |= {"on_bench": far, "carried": near}
+    (tmp_path / "diagnosis.json").write_text(json.dumps(record))
+
+    def modulus_of(steps, same_bench):
+        """Over the nominal one: what carries over of both segments is a lower Young's modulus."""
+        found = predict(tmp_path, thicker, steps, draws=40, same_bench=same_bench).manipulator
+        return found.youngs_modulus_pa / E
+
+    assert modulus_of(STEPS, same_bench=True) == pytest.approx(0.8)  # each by how far it moves the recorded rig
+    assert modulus_of(STEPS, same_bench=False) == pytest.approx(1.0)
+    still = STEPS.assign(**{name: 0.0 for name in STEPS if name.endswith("_n")})
+    assert modulus_of(still, same_bench=False) == pytest.approx(0.8)  # nothing moves, so nothing is too far
 
 
 def test_the_share_that_is_moved_is_of_the_way_from_the_straight_manipulator():

@@ -80,6 +80,7 @@ def test_a_decimal_comma_is_called_that(tmp_path):
             'file = "C:\\work"\n',
             ":1: not valid TOML: a backslash means something else in double quotes: write / in paths, or single quotes",
         ),
+        ("a = 1 2  # the arm\u2019s\n", ":1: not valid TOML: expected newline or end of document after a statement"),
         ("name = arm\n", ':1: not valid TOML: invalid value; text needs quotes: "..."'),
         ("a = [1, 2\n", ":2: not valid TOML: unclosed array"),
     ],

@@ -259,6 +259,12 @@ def test_designs_that_are_alike_in_some_case_come_first_there_together():
     assert ("In each circumstance", [said]) in counsel.points
 
 
+def test_numbers_that_look_alike_are_told_apart_by_their_difference():
+    table = {"design": ["x", "y"], "a_m": [0.3241, 0.3242], "b": [2.0, 1.0]}
+    said = advice_on(cases(table, [], [greater("a_m"), greater("b", weight=3)])).markdown
+    assert "y** is better at this: a is 0.324 m (more by 0.1 mm) against 0.324 m; the price: b is 1 against 2;" in said
+
+
 def test_designs_of_one_number_have_no_price():
     table = {"design": ["x", "y", "z"], "a": [2.0, 2.0, 1.0]}
     assert "y** is as good in everything; " in advice_on(cases(table, [], [greater("a")])).markdown

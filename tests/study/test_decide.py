@@ -102,6 +102,16 @@ def test_a_quantile_is_one_of_rigs_each_at_the_worst_of_its_circumstances():
     assert pooled.bounded[0, 0] > decision.bounded[0, 0]
 
 
+def test_cases_of_a_study_that_draws_no_rigs_count_one_by_one_beside_one_that_does():
+    lifts = np.arange(1.0, 21.0)
+    table = {"design": ["x"] * 20 + ["y"] * 20, "a": np.concatenate([lifts, lifts])}
+    table |= {"rig": [*np.repeat(range(10), 2), *[np.nan] * 20], "scenario": [*range(20)] * 2}
+    asked = [Requirement(metric="a", at_least=0, over="quantile", quantile=0.5)]
+    drawn, plain = decide(cases(table, asked)).bounded[:, 0]
+    assert drawn == pytest.approx(np.median(lifts[::2]))  # the worse of each pair
+    assert plain == pytest.approx(np.median(lifts))
+
+
 @pytest.mark.parametrize(
     "wrong", [{}, {"at_least": 1, "at_most": 2}, {"at_least": 1, "over": "quantile"}, {"at_least": 1, "quantile": 0.1}]
 )

@@ -2,6 +2,7 @@
 
 from types import SimpleNamespace
 
+import numpy as np
 import pandas as pd
 import pytest
 from command import prb3r
@@ -84,3 +85,22 @@ def test_missed_targets_are_told_where_no_requirement_judges_them(shares, asked,
     study = SimpleNamespace(decides=decides, requirement=asked, cloud=None)
     told = unasked_warnings(pd.DataFrame({"reached_share": shares}), study)
     assert [text.partition(" A requirement")[0] for text in told] == said
+
+
+SAFE = {"metric": "safety_factor"}
+
+
+@pytest.mark.parametrize(
+    ("factors", "asked", "safety", "said"),
+    [
+        ([1.0, 1.2], [Requirement(**SAFE, at_least=1.0)], 1.0, ["Requirement 1 holds by itself"]),
+        ([1.0, 1.2], [Requirement(**SAFE, at_most=1.0)], 1.0, []),  # plates that are not too strong
+        ([1.0, 1.2], [Requirement(**SAFE, at_least=1.5)], 1.0, []),
+        ([np.nan, np.nan], [Requirement(**SAFE, at_least=1.0)], 1.0, []),  # no yield stress is given
+        ([0.8, 1.2], [], 0.0, ["Plates would yield in 1 of 2 cases"]),
+    ],
+)
+def test_of_a_cloud_is_said_what_holds_by_itself_and_what_yields(factors, asked, safety, said):
+    study = SimpleNamespace(decides=True, requirement=asked, cloud=SimpleNamespace(safety=safety))
+    told = unasked_warnings(pd.DataFrame({"safety_factor": factors, "case_id": [0, 1]}), study)
+    assert [len([text for text in told if text.startswith(beginning)]) for beginning in said] == [1] * len(told)

@@ -113,7 +113,7 @@ def predict_design(
         raise SpecError(Problem(str(manipulator) if isinstance(manipulator, str | Path) else given.name, UNMENDED))
     columns = read_table(steps) if isinstance(steps, str | Path) else steps
     timed = columns is None or TIME in columns
-    learnt = LearntDesign(known, given, another_copy=another_copy, timed=timed)
+    learnt = LearntDesign(known, given, same_bench is not False, another_copy, timed=timed)
     predicted = _predicted_design(learnt, steps, verdict, same_bench, draws, seed)
     moved = learnt.posterior.models[0].moved if known.alone is not None and not learnt.recorded else None
     if moved is None or predicted.positions is None:
@@ -122,7 +122,8 @@ def predict_design(
     alone = _predicted_design(sober, steps, verdict, same_bench, draws, seed)
     assert alone.positions is not None
     chain, places = alone.manipulator.chain(), (_places(each, given.plates) for each in (predicted, alone))
-    if (share := share_moved(chain, *places)) <= Settings.moved_elsewhere * moved:
+    share = share_moved(chain, *places)
+    if share <= Settings.moved_elsewhere * moved or not np.isfinite(share):  # infinite: nothing bends the design
         return predicted
     return replace(alone, remarks=(*alone.remarks, _TOO_FAR.format(100 * share, 100 * moved)))
 

@@ -62,8 +62,8 @@ def posterior_of(investigation: Investigation) -> Posterior:
 def _carried(investigation: Investigation, same_bench: bool) -> ModelPosterior:
     """The posterior of the model on which predictions for designs of another geometry rest."""
     best, discrepancy = best_elsewhere(investigation, same_bench)
-    moved = moved_by_effects(investigation, same_bench) if best is investigation.reported else None
-    return _alone(best, discrepancy).model_copy(update={"moved": moved})
+    moved = moved_by_effects(investigation, same_bench) if best is investigation.reported else np.inf
+    return _alone(best, discrepancy).model_copy(update={"moved": moved if np.isfinite(moved) else None})
 
 
 def _alone(best: Fit, discrepancy: Discrepancy | None) -> ModelPosterior:

@@ -9,8 +9,8 @@ COMMAS_IN_LIST = re.compile(r"\[\s*[-+]?0,\d+\s*,\s*[-+]?0,\d+")
 """A list whose numbers look like decimals with commas, all of them below 1."""
 UNQUOTED = re.compile(r"[=\[,]\s*[A-Za-z_]")
 """Where a value begins that may be text without its quotes."""
-CURLY = re.compile("[\u2018\u2019\u201c\u201d\u201e]")
-"""Quotation marks as word processors set them."""
+CURLY = re.compile("[=\\[,]\\s*[\u2018\u2019\u201c\u201d\u201e]")
+"""Where a value begins with a quotation mark as word processors set it."""
 TABLE_LINE = re.compile(r"^\s*\[\s*([^\[\]]+?)\s*\]")
 """A line that begins a table."""
 KEY_OF_LINE = re.compile(r"^\s*([A-Za-z0-9_.\"' -]+?)\s*=")
