@@ -26,6 +26,8 @@ from prb3r.study.wishes import Criterion, Wishes, load_wishes, plain_text
 
 THE_DESIGN = "the design"
 """Name of the only design of a study in which no factor tells designs apart."""
+DRAWN_RIG = "drawn_rig"
+"""Column of the number of the rig that a case is of, in studies that draw errors."""
 HANDIER_UNITS = {
     "m": (0.0, 0.1, 1e3, "mm"),
     "m/N": (0.0, 0.1, 1e3, "mm/N"),
@@ -54,8 +56,8 @@ class DesignCases:
 
     frame: pd.DataFrame
     """The table of cases with columns `design`, its name, and `scenario`, the values (text) of the factors that tell no
-    designs apart: cases of different designs with the same scenario are compared; with a column `rig`, the number of
-    the drawn rig, where rigs are drawn (NaN for cases of other studies)."""
+    designs apart: cases of different designs with the same scenario are compared.  Where rigs are drawn it has their
+    numbers in :data:`DRAWN_RIG`, NaN for cases of other studies."""
     circumstances: list[str]
     """Names of the factors that tell neither designs nor rigs apart."""
     wishes: Wishes
@@ -85,10 +87,10 @@ class DesignCases:
         numbers = np.full((len(self.names), len(criteria)), np.nan)
         for j, criterion in enumerate(criteria):
             counted = select(rows, criterion.where)
-            column, drawn = known_values(counted, criterion.metric), "rig" in counted
+            column, drawn = known_values(counted, criterion.metric), DRAWN_RIG in counted
             for k, name in enumerate(self.names):
                 own = (counted["design"] == name).to_numpy()
-                rigs = counted["rig"].to_numpy(float)[own] if drawn else np.array([np.nan])
+                rigs = counted[DRAWN_RIG].to_numpy(float)[own] if drawn else np.array([np.nan])
                 numbers[k, j] = criterion.value(column[own], None if np.isnan(rigs).all() else rigs)
         return numbers
 
@@ -226,10 +228,10 @@ def designs_of(study: Study, frame: pd.DataFrame) -> DesignCases:
 
 def _with_designs(study: Study, frame: pd.DataFrame, factors: list[str], rest: list[str], prefix: str) -> pd.DataFrame:
     """The table of cases with columns `design`, named after `factors`, `scenario`, the values of factors `rest`, and,
-    if the study draws errors, `rig`."""
+    if the study draws errors, `drawn_rig`."""
     rows = frame[rest].itertuples(index=False) if rest else [()] * len(frame)
     scenarios = [tuple(map(plain_text, row)) for row in rows]
-    rigs = {"rig": frame["case_id"].to_numpy() % sample_count(study)} if study.errors else {}
+    rigs = {DRAWN_RIG: frame["case_id"].to_numpy() % sample_count(study)} if study.errors else {}
     designs = [prefix + name for name in design_names(frame, factors)]
     return frame.assign(design=designs, scenario=scenarios, **rigs)
 

@@ -265,6 +265,11 @@ def test_numbers_that_look_alike_are_told_apart_by_their_difference():
     assert "y** is better at this: a is 0.324 m (more by 0.1 mm) against 0.324 m; the price: b is 1 against 2;" in said
 
 
+def test_a_factor_may_be_called_rig():
+    table = LOADED | {"reach_m": [3.0, 2.0, 1.0, 2.0, 1.5, 0.5], "rig": ["old", "new", "new"] * 2}
+    assert "Recommendation: soft." in advice_on(cases(table, [], [greater("reach_m")], ["payload_n"])).recommendation
+
+
 def test_designs_of_one_number_have_no_price():
     table = {"design": ["x", "y", "z"], "a": [2.0, 2.0, 1.0]}
     assert "y** is as good in everything; " in advice_on(cases(table, [], [greater("a")])).markdown

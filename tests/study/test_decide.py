@@ -93,7 +93,7 @@ def test_statistics_over_the_cases_of_a_design(over, expected):
 def test_a_quantile_is_one_of_rigs_each_at_the_worst_of_its_circumstances():
     """Of twenty rigs each lifts 1 to 20 unloaded and half of that loaded: one in ten lifts less than 1.45."""
     lifts = np.arange(1.0, 21.0)
-    table = {"design": ["x"] * 40, "a": np.concatenate([lifts, lifts / 2]), "rig": list(range(20)) * 2}
+    table = {"design": ["x"] * 40, "a": np.concatenate([lifts, lifts / 2]), "drawn_rig": list(range(20)) * 2}
     asked = [Requirement(metric="a", at_least=1.4, over="quantile", quantile=0.1)]
     decision = decide(cases(table, asked))
     assert decision.bounded[0, 0] == pytest.approx(np.quantile(lifts / 2, 0.1))
@@ -105,7 +105,7 @@ def test_a_quantile_is_one_of_rigs_each_at_the_worst_of_its_circumstances():
 def test_cases_of_a_study_that_draws_no_rigs_count_one_by_one_beside_one_that_does():
     lifts = np.arange(1.0, 21.0)
     table = {"design": ["x"] * 20 + ["y"] * 20, "a": np.concatenate([lifts, lifts])}
-    table |= {"rig": [*np.repeat(range(10), 2), *[np.nan] * 20], "scenario": [*range(20)] * 2}
+    table |= {"drawn_rig": [*np.repeat(range(10), 2), *[np.nan] * 20], "scenario": [*range(20)] * 2}
     asked = [Requirement(metric="a", at_least=0, over="quantile", quantile=0.5)]
     drawn, plain = decide(cases(table, asked)).bounded[:, 0]
     assert drawn == pytest.approx(np.median(lifts[::2]))  # the worse of each pair
