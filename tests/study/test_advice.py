@@ -282,6 +282,8 @@ def test_a_design_without_a_value_is_worse_than_the_only_one_that_has_one():
     counsel = advice_on(cases(table, [Requirement(metric="area", at_least=0)], wishes))
     assert "Recommendation: thick." in counsel.recommendation
     assert "Of force it has no value." in counsel.recommendation
+    assert counsel.decision.worth[:, 0].tolist() == [1.0, -1.0]
+    assert counsel.decision.score.tolist() == pytest.approx([0.25, 0.5])
     assert "thin** is better at this: force is 60 against" in counsel.markdown
     assert "; the price: area is 1 against 2;" in counsel.markdown
 
