@@ -8,7 +8,7 @@ import pytest
 from diagnosis.simulated import Case, pulled_again, recorded, write_recording
 
 from prb3r import solve
-from prb3r.diagnosis.checks.repeats import repeats_contradict, scatter
+from prb3r.diagnosis.checks.repeats import Scatter, repeats_contradict, scatter
 from prb3r.diagnosis.checks.setup.order import order_blunders
 from prb3r.diagnosis.evidence.repeated_loads import matches
 from prb3r.diagnosis.fit.calibrate import fit_constants
@@ -17,6 +17,7 @@ from prb3r.diagnosis.fit.prediction import predictor
 from prb3r.diagnosis.investigate import investigate, run_stages
 from prb3r.diagnosis.known import Task
 from prb3r.diagnosis.result.mismatch import mismatch_of
+from prb3r.diagnosis.result.rig_remarks import scattered
 from prb3r.diagnosis.settings import Settings
 from prb3r.mechanics.chain import Loads
 from prb3r.model.effects.plates import NonlinearPlate
@@ -135,3 +136,16 @@ def test_a_model_that_is_far_off_is_no_noise_where_loads_lie_far_apart():
     found = scatter(many.with_values(predictor(many)(Constants(), [stiffening])), Settings())
     assert not found.beyond_chance
     assert found.steps >= Settings().fewest_repeats
+
+
+@pytest.mark.parametrize(
+    ("factor", "beyond", "said"),
+    [
+        (0.45, False, "so that no less noise is stated than there is"),
+        (1.1, False, "which chance alone can do"),
+        (1.4, True, "more than chance allows"),
+    ],
+)
+def test_how_much_repeats_scatter_is_said_with_what_it_means(factor, beyond, said):
+    (remark,) = scattered(Scatter(factor, 44, beyond))
+    assert remark == f"what was pulled again (44 steps) scatters {factor} times as much as stated, {said}"

@@ -37,7 +37,8 @@ def scattered(repeated: Scatter | None) -> list[str]:
     repeated."""
     if repeated is None:
         return []
-    taken = "more than chance allows" if repeated.beyond_chance else "which chance alone can do"
+    within = "which chance alone can do" if repeated.factor > 1 else "so that no less noise is stated than there is"
+    taken = "more than chance allows" if repeated.beyond_chance else within
     often = f"{repeated.factor:.2g} times as much as stated"
     return [f"what was pulled again ({count(repeated.steps, 'step')}) scatters {often}, {taken}"]
 
